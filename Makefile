@@ -1,0 +1,75 @@
+# carom: every target sets up what it needs, works again and again, and works offline after the first time.
+# PYTHON may name another CPython >= 3.11.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+CARGO ?= cargo
+PIP_FLAGS := --quiet --disable-pip-version-check
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test check bench docs wheel test-rust test-python clean
+
+help:
+	@echo "make demo    set up, run two scenes, write recordings and plots to out/"
+	@echo "make test    set up, run all tests"
+	@echo "make check   formatting, lints as errors, types"
+	@echo "make bench   milliseconds per step beside Rapier, as ratios"
+	@echo "make docs    documentation of the Rust crates, and a check of the pages"
+
+# --- set-up: a stamp per step, so that nothing runs twice and nothing needs the network twice ---
+
+RUST_SOURCES := $(shell find crates/math crates/geometry crates/solver crates/world crates/scenes crates/python -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+
+$(VENV)/made:
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "carom needs CPython >= 3.11, this is " + sys.version)'
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/tools: $(VENV)/made requirements.lock
+	$(BIN)/python -m pip install $(PIP_FLAGS) -r requirements.lock
+	@touch $@
+
+# the package is installed in place: Python sources are used as they stand, the native module is rebuilt
+# when a Rust source is newer
+$(VENV)/package: $(VENV)/tools pyproject.toml $(RUST_SOURCES)
+	$(BIN)/python -m pip install $(PIP_FLAGS) --no-build-isolation --no-deps --editable .
+	@touch $@
+
+# --- what users call ---
+
+demo: $(VENV)/package
+	@mkdir -p out
+	$(BIN)/carom run meshes_on_terrain --out out/meshes_on_terrain.h5
+	$(BIN)/carom plot out/meshes_on_terrain.h5 --out out/meshes_on_terrain.png
+	$(BIN)/carom run seven_objects --out out/seven_objects.h5
+	$(BIN)/carom plot out/seven_objects.h5 --out out/seven_objects.png
+	@echo
+	@echo "Recorded: out/meshes_on_terrain.h5 (space, real meshes) and out/seven_objects.h5 (plane), plots beside them."
+
+test: test-rust test-python
+
+test-rust:
+	$(CARGO) test --locked --workspace --exclude carom-python
+
+test-python: $(VENV)/package
+	$(BIN)/python -m pytest
+
+check: $(VENV)/tools
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+	$(BIN)/ruff format --check python tests
+	$(BIN)/ruff check python tests
+	$(BIN)/mypy
+
+bench:
+	$(CARGO) run --release --locked --manifest-path crates/bench/Cargo.toml --
+
+docs: $(VENV)/package
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
+	$(BIN)/python -m pytest tests/contracts
+
+wheel: $(VENV)/tools
+	$(BIN)/maturin build --release --locked --out dist
+
+clean:
+	rm -rf target out dist $(VENV) crates/bench/target

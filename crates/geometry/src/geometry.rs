@@ -1,0 +1,131 @@
+//! The trait behind which all shape work happens: what the world may ask of the plane's and of space's
+//! geometry. Nothing outside this crate names the library that answers.
+
+use crate::mass::MassProperties;
+use carom_math::{Pose, Space};
+use serde::{Serialize, de::DeserializeOwned};
+use std::fmt::Debug;
+
+/// Why a shape was refused: which field, what it was, what helps.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{field}: {problem}; {remedy}")]
+pub struct ShapeError {
+    /// Field of the shape, e.g. `radius` or `parts[2].size`.
+    pub field: String,
+    /// What is wrong, with the value.
+    pub problem: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+impl ShapeError {
+    /// An error from its three parts.
+    pub fn new(field: impl Into<String>, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        ShapeError { field: field.into(), problem: problem.into(), remedy: remedy.into() }
+    }
+}
+
+/// One point of contact between two shapes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactPoint<S: Space> {
+    /// Names the point within its pair, the same from step to step while the features touch.
+    pub feature: u64,
+    /// The one point both bodies use, midway between the two surfaces \[m\], world axes.
+    pub point: S::Vector,
+    /// Unit normal from b to a, world axes.
+    pub normal: S::Vector,
+    /// Distance between the surfaces along the normal \[m\]; negative when they overlap.
+    pub gap: f64,
+}
+
+/// Axis-aligned box in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb<S: Space> {
+    /// Smallest coordinates \[m\].
+    pub min: S::Vector,
+    /// Largest coordinates \[m\].
+    pub max: S::Vector,
+}
+
+/// What a ray hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayHit<S: Space> {
+    /// Distance along the unit direction \[m\].
+    pub distance: f64,
+    /// Outward surface normal at the hit, world axes.
+    pub normal: S::Vector,
+}
+
+/// Closest points of two shapes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest<S: Space> {
+    /// Point on a's surface \[m\], world axes.
+    pub point_a: S::Vector,
+    /// Point on b's surface \[m\], world axes.
+    pub point_b: S::Vector,
+    /// Unit normal from b to a.
+    pub normal: S::Vector,
+    /// Distance \[m\]; negative (penetration depth) when they overlap.
+    pub gap: f64,
+}
+
+/// Shapes, their mass and their contacts, in the plane or in space.
+pub trait Geometry: Space {
+    /// A shape as users state it.
+    type Shape: Clone + Debug + PartialEq + Send + Sync + Serialize + DeserializeOwned;
+    /// The same shape made ready for queries.
+    type Collider: Clone + Send + Sync;
+
+    /// Checks a shape and makes it ready for queries.
+    ///
+    /// # Errors
+    /// [`ShapeError`] naming the field for sizes that are not finite and positive, fewer points than the
+    /// shape needs, degenerate hulls, indices out of range, nested compounds.
+    fn collider(shape: &Self::Shape) -> Result<Self::Collider, ShapeError>;
+    /// Bounding box of a posed shape, grown by `margin` \[m\] on every side.
+    fn bounds(collider: &Self::Collider, pose: &Pose<Self>, margin: f64) -> Aabb<Self>;
+    /// Largest extent of the shape \[m\]; infinite for half-planes and half-spaces. Sets length scales.
+    fn extent(shape: &Self::Shape) -> f64;
+    /// Closed-form mass properties at a constant density \[kg/m^DIM\].
+    ///
+    /// # Errors
+    /// [`ShapeError`] for shapes without volume and for a density that is not finite and positive.
+    fn mass_properties(shape: &Self::Shape, density: f64) -> Result<MassProperties<Self>, ShapeError>;
+    /// Mass properties of a density *function* of the point in shape axes, by adaptive quadrature to
+    /// `relative_tolerance`; the error estimate is part of the answer. The function takes many points at once.
+    ///
+    /// # Errors
+    /// [`ShapeError`] for shapes without volume, a density that is negative or not finite at a point (named),
+    /// or a tolerance that the budget of evaluations cannot reach.
+    fn mass_properties_of(
+        shape: &Self::Shape,
+        density: &mut dyn FnMut(&[Self::Vector]) -> Vec<f64>,
+        relative_tolerance: f64,
+    ) -> Result<MassProperties<Self>, ShapeError>;
+    /// Appends the contact points of two posed shapes whose gap is at most `margin` \[m\], in a fixed order,
+    /// with normals from b to a. Stateless: the answer depends on the arguments alone.
+    fn contacts(
+        a: &Self::Collider,
+        pose_a: &Pose<Self>,
+        b: &Self::Collider,
+        pose_b: &Pose<Self>,
+        margin: f64,
+        out: &mut Vec<ContactPoint<Self>>,
+    );
+    /// Closest points when the gap is at most `reach` \[m\], else `None`.
+    fn closest(
+        a: &Self::Collider,
+        pose_a: &Pose<Self>,
+        b: &Self::Collider,
+        pose_b: &Pose<Self>,
+        reach: f64,
+    ) -> Option<Closest<Self>>;
+    /// First hit of the ray origin + t direction (unit), 0 <= t <= `reach`.
+    fn raycast(
+        collider: &Self::Collider,
+        pose: &Pose<Self>,
+        origin: Self::Vector,
+        direction: Self::Vector,
+        reach: f64,
+    ) -> Option<RayHit<Self>>;
+}

@@ -1,0 +1,121 @@
+//! What contact work asks of convex cores. Every bounded shape is a convex core (point, segment, polygon,
+//! polytope, cylinder, cone) swept by a ball of `radius`, or a set of such pieces. For a unit vector n
+//!   s(n) = min over a of n.x - max over b of n.x
+//! never exceeds the signed distance of the cores a and b, and the largest s(n) *is* the signed distance: so a
+//! direction found by whatever means is judged by s alone, which supports give to rounding.
+//! Knows no bodies; the two spaces differ in how directions are found and faces are clipped.
+
+use carom_math::{Column, Pose, Rotation, Space};
+use std::fmt::Debug;
+
+/// No vertex.
+pub const NONE: u32 = u32::MAX;
+
+/// Which features of the two cores meet in a point: a vertex `[v, NONE]`, an edge `[u, v]` or a face
+/// `[NONE, NONE]` of each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// Feature of a.
+    pub a: [u32; 2],
+    /// Feature of b.
+    pub b: [u32; 2],
+}
+
+impl Label {
+    /// A vertex of each.
+    pub fn vertices(a: u32, b: u32) -> Self {
+        Label { a: [a, NONE], b: [b, NONE] }
+    }
+    /// One number for the label.
+    pub fn code(&self) -> u64 {
+        let pair = |p: [u32; 2]| (u64::from(p[0].min(p[1])) << 32) | u64::from(p[0].max(p[1]));
+        mix(pair(self.a), pair(self.b))
+    }
+}
+
+/// Scrambles two numbers into one (the finalizer of SplitMix64, Steele et al. 2014).
+pub fn mix(a: u64, b: u64) -> u64 {
+    let mut z = a.rotate_left(32) ^ b.wrapping_add(0x9e37_79b9_7f4a_7c15).wrapping_mul(0xd6e8_feb8_6659_fd93);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// The direction along which two cores are farthest apart (or overlap least), in a's frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Separation<S: Space> {
+    /// Unit normal from b to a.
+    pub normal: S::Vector,
+    /// Signed distance of the cores \[m\].
+    pub gap: f64,
+    /// Witness on a's core \[m\].
+    pub on_a: S::Vector,
+    /// Witness on b's core \[m\].
+    pub on_b: S::Vector,
+    /// Features that carry the witnesses.
+    pub label: Label,
+}
+
+/// One place where two cores may touch, in a's frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Touch<S: Space> {
+    /// Unit normal from b to a.
+    pub normal: S::Vector,
+    /// Gap of the cores along the normal \[m\].
+    pub gap: f64,
+    /// Point of a's core \[m\].
+    pub on_a: S::Vector,
+    /// Point of b's core \[m\].
+    pub on_b: S::Vector,
+    /// Features that meet.
+    pub label: Label,
+}
+
+/// Convex cores of a space and what can be asked of them.
+pub trait Kernel: Space {
+    /// A convex core in its own frame.
+    type Core: Clone + Debug + Send + Sync;
+    /// Most contact points that one flat patch keeps: 2 | 4.
+    const PATCH: usize;
+    /// The core of a mesh facet with these corners: a segment | a triangle.
+    fn facet(corners: &[Self::Vector]) -> Self::Core;
+    /// The core of a single point.
+    fn dot(point: Self::Vector) -> Self::Core;
+    /// Unit normal of a facet (right of the segment | counter-clockwise side of the triangle).
+    fn facet_normal(corners: &[Self::Vector]) -> Self::Vector;
+    /// Unit vector in a facet's plane that points out across its k-th seam (corner k | edge k, k+1).
+    fn facet_outward(corners: &[Self::Vector], k: usize) -> Self::Vector;
+    /// Farthest point along a direction of any length, and its name.
+    fn support(core: &Self::Core, direction: Self::Vector) -> (Self::Vector, u32);
+    /// Largest distance of the core from its frame's origin \[m\].
+    fn size(core: &Self::Core) -> f64;
+    /// The points that a wall with this inward direction would meet first, with their names; the farthest
+    /// point is among them.
+    fn feature(core: &Self::Core, direction: Self::Vector, out: &mut Vec<(Self::Vector, u32)>);
+    /// The largest s(n), or `None` when it exceeds `reach` \[m\].
+    fn separation(a: &Self::Core, b: &Self::Core, b_in_a: &Pose<Self>, reach: f64) -> Option<Separation<Self>>;
+    /// Appends where the faces of the two cores overlap as seen along `found.normal`, gaps up to `reach`.
+    /// The witnesses of `found` are added only when they are those of its normal (`witnessed`).
+    fn manifold(
+        a: &Self::Core,
+        b: &Self::Core,
+        b_in_a: &Pose<Self>,
+        found: &Separation<Self>,
+        witnessed: bool,
+        reach: f64,
+        out: &mut Vec<Touch<Self>>,
+    );
+    /// s(n) with the farthest points of both cores.
+    fn along(a: &Self::Core, b: &Self::Core, b_in_a: &Pose<Self>, normal: Self::Vector) -> Separation<Self> {
+        let (on_a, vertex_a) = Self::support(a, -normal);
+        let (local_b, vertex_b) = Self::support(b, b_in_a.rotation.unrotate(normal));
+        let on_b = b_in_a.to_world(local_b);
+        let gap = normal.dot(on_a - on_b);
+        Separation { normal, gap, on_a, on_b, label: Label::vertices(vertex_a, vertex_b) }
+    }
+}
+
+/// Length against which rounding is measured \[m\]: sizes of both cores and the distance of their frames.
+pub fn scale<S: Kernel>(a: &S::Core, b: &S::Core, b_in_a: &Pose<S>) -> f64 {
+    S::size(a) + S::size(b) + b_in_a.position.norm()
+}

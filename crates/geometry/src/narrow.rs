@@ -1,0 +1,227 @@
+//! Contact points of two posed colliders: every pair of pieces within the margin is asked for its separation,
+//! facets are asked what their seams allow, patches with one normal keep a few points. One text for both spaces;
+//! stateless. Knows no bodies.
+
+use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
+use crate::geometry::ContactPoint;
+use crate::kernel::{Kernel, Label, NONE, Separation, Touch, mix};
+use crate::spread::spread;
+use crate::surface::Verdict;
+use carom_math::{Column, Pose, Rotation};
+use std::cell::Cell;
+use std::collections::BTreeSet;
+
+/// Normals of one patch agree to this cosine \[1\].
+const ONE_PATCH: f64 = 1.0 - 1e-10;
+/// Points of a patch closer than this fraction of the smaller piece are one \[1\].
+const ONE_POINT: f64 = 1e-6;
+
+/// Points found so far in one query.
+struct Found<'a, S: Kernel> {
+    margin: f64,
+    touches: Vec<Touch<S>>,
+    out: &'a mut Vec<ContactPoint<S>>,
+    /// Size of the smallest piece met \[m\].
+    smallest: f64,
+}
+
+/// Appends the contact points of two posed colliders with gaps up to `margin` \[m\].
+pub(crate) fn contacts<S: Kernel>(
+    a: &Collider<S>,
+    pose_a: &Pose<S>,
+    b: &Collider<S>,
+    pose_b: &Pose<S>,
+    margin: f64,
+    out: &mut Vec<ContactPoint<S>>,
+) {
+    let first = out.len();
+    let mut found = Found { margin, touches: Vec::with_capacity(8), out, smallest: f64::INFINITY };
+    let simple = |c: &Collider<S>| matches!(*c.form, Form::Convex(..) | Form::HalfSpace(_));
+    match (&*a.form, &*b.form) {
+        (Form::Convex(core_a, radius_a), Form::Convex(core_b, radius_b)) => {
+            let piece = |core, radius, pose: &Pose<S>| Piece { core, radius, pose: *pose, facet: None, name: 0 };
+            let (a, b) = (piece(core_a, *radius_a, pose_a), piece(core_b, *radius_b, pose_b));
+            found.pieces(&a, &b);
+        }
+        (_, Form::HalfSpace(normal)) => {
+            found.wall(a, pose_a, 0, (pose_b.rotation.rotate(*normal), pose_b.position), false);
+        }
+        (Form::HalfSpace(normal), _) => {
+            found.wall(b, pose_b, 0, (pose_a.rotation.rotate(*normal), pose_a.position), true);
+        }
+        _ => found.walk(a, pose_a, b, pose_b),
+    }
+    let smallest = found.smallest;
+    if !(simple(a) && simple(b)) {
+        thin_out(found.out, first, ONE_POINT * smallest);
+    }
+    make_unique(&mut out[first..]);
+}
+
+impl<S: Kernel> Found<'_, S> {
+    /// Every pair of leaves within the margin.
+    fn walk(&mut self, a: &Collider<S>, pose_a: &Pose<S>, b: &Collider<S>, pose_b: &Pose<S>) {
+        let limit = Cell::new(self.margin);
+        let box_of_b = |frame: &Pose<S>| b.bounds(&frame.inverse().compose(pose_b), 0.0);
+        leaves(a, pose_a, 0, &Query { box_in: &box_of_b, limit: &limit }, &mut |leaf| match leaf {
+            Leaf::Wall(normal, point, name) => self.wall(b, pose_b, name, (normal, point), true),
+            Leaf::Piece(a) => {
+                let box_of_a = |frame: &Pose<S>| {
+                    let place = frame.inverse().compose(&a.pose);
+                    reach_box(&place, |d| S::support(a.core, d).0).grown(a.radius)
+                };
+                leaves(b, pose_b, 0, &Query { box_in: &box_of_a, limit: &limit }, &mut |leaf| match leaf {
+                    Leaf::Wall(normal, point, _) => self.piece_on_wall(a, (normal, point), false),
+                    Leaf::Piece(b) => self.pieces(a, b),
+                });
+            }
+        });
+    }
+
+    /// Contacts of two convex pieces.
+    fn pieces(&mut self, a: &Piece<S>, b: &Piece<S>) {
+        let place = a.pose.inverse().compose(&b.pose);
+        let radii = a.radius + b.radius;
+        let reach = self.margin + radii;
+        let Some(found) = S::separation(a.core, b.core, &place, reach) else { return };
+        let Some((found, witnessed)) = judged(a, b, &place, found) else { return };
+        if found.gap > reach {
+            return;
+        }
+        let size = |p: &Piece<S>| S::size(p.core) + p.radius;
+        self.smallest = self.smallest.min(size(a)).min(size(b));
+        self.touches.clear();
+        S::manifold(a.core, b.core, &place, &found, witnessed, reach, &mut self.touches);
+        let name = mix(a.name, b.name);
+        self.out.extend(self.touches.iter().map(|t| {
+            let middle = (t.on_a + t.on_b - t.normal * (a.radius - b.radius)) * 0.5;
+            ContactPoint {
+                feature: mix(name, t.label.code()),
+                point: a.pose.to_world(middle),
+                normal: a.pose.rotation.rotate(t.normal),
+                gap: t.gap - radii,
+            }
+        }));
+    }
+
+    /// Contacts of a collider with a wall (outward normal, point); `wall_is_a` turns the normals round.
+    fn wall(&mut self, c: &Collider<S>, pose: &Pose<S>, name: u64, wall: (S::Vector, S::Vector), wall_is_a: bool) {
+        match &*c.form {
+            Form::HalfSpace(_) => {}
+            Form::Convex(core, radius) => {
+                let piece = Piece { core, radius: *radius, pose: *pose, facet: None, name };
+                self.piece_on_wall(&piece, wall, wall_is_a);
+            }
+            Form::Surface(surface) => {
+                let extreme = surface.extreme.iter().enumerate().map(|(i, p)| (*p, i as u32));
+                self.smallest = self.smallest.min(extreme.clone().fold(0.0, |m: f64, p| m.max(p.0.norm())));
+                self.points_on_wall(extreme, pose, 0.0, name, wall, wall_is_a);
+            }
+            Form::Compound(all) => {
+                for (i, (inner, part)) in all.parts.iter().enumerate() {
+                    self.wall(part, &pose.compose(inner), mix(name, 1 + i as u64), wall, wall_is_a);
+                }
+            }
+        }
+    }
+
+    fn piece_on_wall(&mut self, piece: &Piece<S>, wall: (S::Vector, S::Vector), wall_is_a: bool) {
+        let mut lowest = Vec::with_capacity(S::PATCH + 1);
+        S::feature(piece.core, piece.pose.rotation.unrotate(-wall.0), &mut lowest);
+        self.smallest = self.smallest.min(S::size(piece.core) + piece.radius);
+        self.points_on_wall(lowest.into_iter(), &piece.pose, piece.radius, piece.name, wall, wall_is_a);
+    }
+
+    /// The points of a piece that reach the wall, spread over at most a patch.
+    fn points_on_wall(
+        &mut self,
+        points: impl Iterator<Item = (S::Vector, u32)>,
+        pose: &Pose<S>,
+        radius: f64,
+        name: u64,
+        wall: (S::Vector, S::Vector),
+        wall_is_a: bool,
+    ) {
+        let (outward, origin) = wall;
+        let mut places = Vec::with_capacity(S::PATCH + 1);
+        let mut names = Vec::with_capacity(S::PATCH + 1);
+        for (p, vertex) in points {
+            // the difference first: far from the origin it is small and the rotated point is exact
+            let at = pose.rotation.rotate(p) + (pose.position - origin);
+            let gap = outward.dot(at) - radius;
+            if gap <= self.margin {
+                places.push((pose.to_world(p) - outward * (radius + 0.5 * gap), gap));
+                names.push(vertex);
+            }
+        }
+        let normal = if wall_is_a { -outward } else { outward };
+        for i in spread::<S>(&places, outward, S::PATCH) {
+            let label = Label { a: [names[i], NONE], b: [NONE, NONE] };
+            let (point, gap) = places[i];
+            self.out.push(ContactPoint { feature: mix(name, label.code()), point, normal, gap });
+        }
+    }
+}
+
+/// What the seams of facets make of a separation; `None` when there is no contact.
+fn judged<S: Kernel>(
+    a: &Piece<S>,
+    b: &Piece<S>,
+    place: &Pose<S>,
+    found: Separation<S>,
+) -> Option<(Separation<S>, bool)> {
+    let (mut found, mut witnessed) = (found, true);
+    let along = |normal| S::along(a.core, b.core, place, normal);
+    if let Some(facet) = b.facet {
+        let out = |d: S::Vector| place.rotation.rotate(d);
+        match facet.judge(place.rotation.unrotate(found.normal), &|d| along(out(d)).gap) {
+            Verdict::Keep => {}
+            Verdict::Turn(d) => (found, witnessed) = (along(out(d)), false),
+            Verdict::Drop => return None,
+        }
+    }
+    if let Some(facet) = a.facet {
+        match facet.judge(-found.normal, &|d| along(-d).gap) {
+            Verdict::Keep => {}
+            Verdict::Turn(d) => (found, witnessed) = (along(-d), false),
+            Verdict::Drop => return None,
+        }
+    }
+    Some((found, witnessed))
+}
+
+/// Merges the points of one pair that share a normal into patches, each with a few points.
+fn thin_out<S: Kernel>(out: &mut Vec<ContactPoint<S>>, first: usize, one_point: f64) {
+    let all = out.split_off(first);
+    let mut taken = vec![false; all.len()];
+    for i in 0..all.len() {
+        if taken[i] {
+            continue;
+        }
+        let mut patch: Vec<usize> = Vec::new();
+        for j in i..all.len() {
+            if taken[j] || all[j].normal.dot(all[i].normal) < ONE_PATCH {
+                continue;
+            }
+            taken[j] = true;
+            // of twins on two pieces the deeper one speaks
+            match patch.iter_mut().find(|k| (all[**k].point - all[j].point).norm() <= one_point) {
+                Some(twin) if all[j].gap < all[*twin].gap => *twin = j,
+                Some(_) => {}
+                None => patch.push(j),
+            }
+        }
+        let places: Vec<(S::Vector, f64)> = patch.iter().map(|&k| (all[k].point, all[k].gap)).collect();
+        out.extend(spread::<S>(&places, all[i].normal, S::PATCH).into_iter().map(|k| all[patch[k]]));
+    }
+}
+
+/// Gives every point of the pair a feature of its own.
+fn make_unique<S: Kernel>(points: &mut [ContactPoint<S>]) {
+    let mut seen = BTreeSet::new();
+    for point in points {
+        while !seen.insert(point.feature) {
+            point.feature = mix(point.feature, 1);
+        }
+    }
+}

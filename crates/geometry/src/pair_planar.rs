@@ -1,0 +1,205 @@
+//! Contact of two convex cores of the plane. The largest s(n) (see `kernel`) lies on an edge normal, or, for
+//! separate cores, on the line between two corners; contact points are the ends of the overlap of the two edges
+//! that face each other. Knows no radii and no composite shapes.
+
+use crate::core_planar::{PlanarCore, edge_normal};
+use crate::kernel::{Kernel, Label, NONE, Separation, Touch, scale};
+use carom_math::{Column, Planar, Pose, Rotation, Vec2};
+
+/// Two gaps closer than this fraction of the scale are the same to rounding \[1\].
+const ROUNDING: f64 = 4e-15;
+/// Ends of two edges closer than this fraction of the scale are one end \[1\].
+const SAME_END: f64 = 1e-7;
+
+impl Kernel for Planar {
+    type Core = PlanarCore;
+    const PATCH: usize = 2;
+    fn facet(corners: &[Vec2]) -> PlanarCore {
+        PlanarCore::segment(corners[0], corners[1])
+    }
+    fn dot(point: Vec2) -> PlanarCore {
+        PlanarCore::Point([point])
+    }
+    fn facet_normal(corners: &[Vec2]) -> Vec2 {
+        edge_normal(corners[0], corners[1])
+    }
+    fn facet_outward(corners: &[Vec2], k: usize) -> Vec2 {
+        (corners[k] - corners[1 - k]).normalized().unwrap_or(Vec2::ZERO)
+    }
+    fn support(core: &PlanarCore, direction: Vec2) -> (Vec2, u32) {
+        let corners = core.corners();
+        let best = farthest(corners, direction);
+        (corners[best], best as u32)
+    }
+    fn size(core: &PlanarCore) -> f64 {
+        core.corners().iter().fold(0.0, |m: f64, p| m.max(p.norm_squared())).sqrt()
+    }
+    fn feature(core: &PlanarCore, direction: Vec2, out: &mut Vec<(Vec2, u32)>) {
+        let corners = core.corners();
+        match core.edge_toward(direction) {
+            Some((i, j)) => out.extend([(corners[i], i as u32), (corners[j], j as u32)]),
+            None => out.push((corners[0], 0)),
+        }
+    }
+    fn separation(a: &PlanarCore, b: &PlanarCore, b_in_a: &Pose<Planar>, reach: f64) -> Option<Separation<Planar>> {
+        let scale = scale::<Planar>(a, b, b_in_a);
+        let tolerance = ROUNDING * scale;
+        let mut best = widest_edge(a, b, b_in_a, tolerance);
+        if best.is_some_and(|s| s.gap > reach) {
+            return None;
+        }
+        if best.is_none_or(|s| s.gap > -tolerance) {
+            let corner = nearest_corners(a, b, b_in_a);
+            if best.is_none_or(|s| corner.gap > s.gap + tolerance) {
+                best = Some(corner);
+            }
+        }
+        best.filter(|s| s.gap <= reach)
+    }
+    fn manifold(
+        a: &PlanarCore,
+        b: &PlanarCore,
+        b_in_a: &Pose<Planar>,
+        found: &Separation<Planar>,
+        witnessed: bool,
+        reach: f64,
+        out: &mut Vec<Touch<Planar>>,
+    ) {
+        let first = out.len();
+        let scale = scale::<Planar>(a, b, b_in_a);
+        facing_edges(a, b, b_in_a, found.normal, scale, out);
+        let lowest = out[first..].iter().fold(f64::INFINITY, |m, t| m.min(t.gap));
+        if witnessed && lowest > found.gap + 1e-12 * scale {
+            let Separation { normal, gap, on_a, on_b, label } = *found;
+            if out.len() - first == 2 {
+                // the deeper of the two ends stays beside the witness
+                let higher = if out[first].gap > out[first + 1].gap { first } else { first + 1 };
+                out.remove(higher);
+            }
+            out.push(Touch { normal, gap, on_a, on_b, label });
+        }
+        let mut place = 0;
+        out.retain(|t| {
+            place += 1;
+            place <= first || t.gap <= reach
+        });
+    }
+}
+
+fn farthest(corners: &[Vec2], direction: Vec2) -> usize {
+    let mut best = (0, direction.dot(corners[0]));
+    for (i, p) in corners.iter().enumerate().skip(1) {
+        let along = direction.dot(*p);
+        if along > best.1 {
+            best = (i, along);
+        }
+    }
+    best.0
+}
+
+/// The edge normal of either core with the largest s(n); a's edges win ties.
+fn widest_edge(a: &PlanarCore, b: &PlanarCore, b_in_a: &Pose<Planar>, tolerance: f64) -> Option<Separation<Planar>> {
+    let mut best: Option<Separation<Planar>> = None;
+    let beats = |gap: f64, best: &Option<Separation<Planar>>| best.is_none_or(|s| gap > s.gap + tolerance);
+    let (corners_a, corners_b) = (a.corners(), b.corners());
+    for (i, &m) in a.normals().iter().enumerate() {
+        let local = b_in_a.rotation.unrotate(m);
+        let j = farthest(corners_b, -local);
+        let on_b = b_in_a.to_world(corners_b[j]);
+        let gap = m.dot(on_b - corners_a[i]);
+        if beats(gap, &best) {
+            let next = (i + 1) % corners_a.len();
+            let label = Label { a: [i as u32, next as u32], b: [j as u32, NONE] };
+            best = Some(Separation { normal: -m, gap, on_a: on_b - m * gap, on_b, label });
+        }
+    }
+    for (j, &local) in b.normals().iter().enumerate() {
+        let m = b_in_a.rotation.rotate(local);
+        let i = farthest(corners_a, -m);
+        let gap = m.dot(corners_a[i] - b_in_a.to_world(corners_b[j]));
+        if beats(gap, &best) {
+            let next = (j + 1) % corners_b.len();
+            let label = Label { a: [i as u32, NONE], b: [j as u32, next as u32] };
+            best = Some(Separation { normal: m, gap, on_a: corners_a[i], on_b: corners_a[i] - m * gap, label });
+        }
+    }
+    best
+}
+
+/// The two corners nearest to each other. Coincident corners get the fixed normal y of a's frame.
+fn nearest_corners(a: &PlanarCore, b: &PlanarCore, b_in_a: &Pose<Planar>) -> Separation<Planar> {
+    let mut best = (f64::INFINITY, 0, 0, Vec2::ZERO, Vec2::ZERO);
+    for (j, &local) in b.corners().iter().enumerate() {
+        let on_b = b_in_a.to_world(local);
+        for (i, &on_a) in a.corners().iter().enumerate() {
+            let squared = (on_a - on_b).norm_squared();
+            if squared < best.0 {
+                best = (squared, i, j, on_a, on_b);
+            }
+        }
+    }
+    let (_, i, j, on_a, on_b) = best;
+    let apart = on_a - on_b;
+    let normal = apart.normalized().unwrap_or(carom_math::vec2(0.0, 1.0));
+    let label = Label::vertices(i as u32, j as u32);
+    // corners that are nearest without being the nearest points overstate the gap: judge by s(n)
+    let gap = Planar::along(a, b, b_in_a, normal).gap;
+    Separation { normal, gap, on_a, on_b, label }
+}
+
+/// One end of an edge: place along the tangent, corner, name.
+type End = (f64, Vec2, u32);
+
+/// Ends of the overlap, as seen along the normal, of the edges that face each other.
+fn facing_edges(
+    a: &PlanarCore,
+    b: &PlanarCore,
+    b_in_a: &Pose<Planar>,
+    normal: Vec2,
+    scale: f64,
+    out: &mut Vec<Touch<Planar>>,
+) {
+    let tangent = normal.perp();
+    let (corners_a, corners_b) = (a.corners(), b.corners());
+    let edge_a = a.edge_toward(-normal).unwrap_or((0, 0));
+    let edge_b = b.edge_toward(b_in_a.rotation.unrotate(normal)).unwrap_or((0, 0));
+    let ends = |edge: (usize, usize), place: &dyn Fn(usize) -> Vec2| -> [End; 2] {
+        let end = |i: usize| (tangent.dot(place(i)), place(i), i as u32);
+        let (p, q) = (end(edge.0), end(edge.1));
+        if p.0 <= q.0 { [p, q] } else { [q, p] }
+    };
+    let on_a = ends(edge_a, &|i| corners_a[i]);
+    let on_b = ends(edge_b, &|j| b_in_a.to_world(corners_b[j]));
+    let same = SAME_END * scale;
+    let low = on_a[0].0.max(on_b[0].0);
+    let high = on_a[1].0.min(on_b[1].0);
+    if low > high + same {
+        return;
+    }
+    let touch = |at: f64| {
+        let name = |e: &[End; 2]| match ((e[0].0 - at).abs() <= same, (e[1].0 - at).abs() <= same) {
+            (true, _) => [e[0].2, NONE],
+            (_, true) => [e[1].2, NONE],
+            _ => [NONE, NONE],
+        };
+        let (p, q) = (at_place(&on_a, at), at_place(&on_b, at));
+        let label = Label { a: name(&on_a), b: name(&on_b) };
+        Touch { normal, gap: normal.dot(p - q), on_a: p, on_b: q, label }
+    };
+    out.push(touch(low));
+    if high > low + same {
+        out.push(touch(high));
+    }
+}
+
+/// Point of an edge at a place along the tangent; exact at its ends.
+fn at_place(ends: &[End; 2], at: f64) -> Vec2 {
+    let [(low, p, _), (high, q, _)] = *ends;
+    if at <= low || high <= low {
+        p
+    } else if at >= high {
+        q
+    } else {
+        p + (q - p) * ((at - low) / (high - low))
+    }
+}

@@ -1,0 +1,205 @@
+//! Contact of two convex cores of space: the direction comes from `separate`, the points are the corners of the
+//! overlap of the two faces that look at each other along it. Knows no radii and no composite shapes.
+
+use crate::clip::{Patch, overlap};
+use crate::core_spatial::SpatialCore;
+use crate::kernel::{Kernel, Label, NONE, Separation, Touch};
+use crate::polytope::triangle_normal;
+use crate::separate::Pair;
+use crate::spread::spread;
+use carom_math::{Column, Pose, Spatial, Vec3};
+
+/// Corners this close to a side count as inside, as a fraction of the scale \[1\].
+const SAME_SIDE: f64 = 1e-7;
+/// Straight edges closer to parallel than this touch in two points \[rad\].
+const PARALLEL: f64 = 1e-2;
+/// Capsules closer to parallel than this get a contact at each end of their overlap \[rad\].
+const ALONGSIDE: f64 = 0.2;
+
+impl Kernel for Spatial {
+    type Core = SpatialCore;
+    const PATCH: usize = 4;
+    fn facet(corners: &[Vec3]) -> SpatialCore {
+        SpatialCore::triangle([corners[0], corners[1], corners[2]])
+    }
+    fn dot(point: Vec3) -> SpatialCore {
+        SpatialCore::Point([point])
+    }
+    fn facet_normal(corners: &[Vec3]) -> Vec3 {
+        triangle_normal(corners)
+    }
+    fn facet_outward(corners: &[Vec3], k: usize) -> Vec3 {
+        let edge = corners[(k + 1) % 3] - corners[k];
+        edge.cross(triangle_normal(corners)).normalized().unwrap_or(Vec3::ZERO)
+    }
+    fn support(core: &SpatialCore, direction: Vec3) -> (Vec3, u32) {
+        core.support(direction)
+    }
+    fn size(core: &SpatialCore) -> f64 {
+        core.size()
+    }
+    fn feature(core: &SpatialCore, direction: Vec3, out: &mut Vec<(Vec3, u32)>) {
+        let first = out.len();
+        core.feature(direction, out);
+        let deepest = core.support(direction);
+        let reached = out[first..].iter().fold(f64::NEG_INFINITY, |m, p| m.max(direction.dot(p.0)));
+        if direction.dot(deepest.0) > reached + 1e-14 * core.size() {
+            out.push(deepest);
+        }
+    }
+    fn separation(
+        a: &SpatialCore,
+        b: &SpatialCore,
+        b_in_a: &Pose<Spatial>,
+        reach: f64,
+    ) -> Option<Separation<Spatial>> {
+        Pair::new(a, b, b_in_a).separation(reach)
+    }
+    fn manifold(
+        a: &SpatialCore,
+        b: &SpatialCore,
+        b_in_a: &Pose<Spatial>,
+        found: &Separation<Spatial>,
+        witnessed: bool,
+        reach: f64,
+        out: &mut Vec<Touch<Spatial>>,
+    ) {
+        let pair = Pair::new(a, b, b_in_a);
+        let mut touches = Vec::with_capacity(8);
+        match (a, b) {
+            (SpatialCore::Point(_), SpatialCore::Point(_)) => {}
+            (SpatialCore::Segment(p), SpatialCore::Segment(q)) => {
+                alongside(*p, q.map(|x| pair.point_of_b(x)), found.normal, &mut touches);
+                drop_twins(&mut touches, SAME_SIDE * pair.scale);
+            }
+            _ => facing_patches(&pair, found.normal, &mut touches),
+        }
+        let lowest = touches.iter().fold(f64::INFINITY, |m, t| m.min(t.gap));
+        if witnessed && lowest > found.gap + 1e-12 * pair.scale {
+            let Separation { normal, gap, on_a, on_b, label } = *found;
+            touches.push(Touch { normal, gap, on_a, on_b, label });
+        }
+        touches.retain(|t| t.gap <= reach);
+        if touches.len() > 1 {
+            let places: Vec<(Vec3, f64)> = touches.iter().map(|t| ((t.on_a + t.on_b) * 0.5, t.gap)).collect();
+            let kept = spread::<Spatial>(&places, found.normal, Spatial::PATCH);
+            out.extend(kept.iter().map(|&i| touches[i]));
+        } else {
+            out.extend(touches);
+        }
+    }
+}
+
+/// The faces, edges or corners of the two cores that look at each other along a normal, and their overlap.
+fn facing_patches(pair: &Pair, normal: Vec3, out: &mut Vec<Touch<Spatial>>) {
+    let (mut of_a, mut of_b) = (Patch::default(), Patch::default());
+    of_a.plane = pair.a.feature(-normal, &mut of_a.ring);
+    of_b.plane = pair.b.feature(pair.into_b(normal), &mut of_b.ring).map(|m| pair.out_of_b(m));
+    of_b.ring.iter_mut().for_each(|p| p.0 = pair.point_of_b(p.0));
+    let slack = SAME_SIDE * pair.scale;
+    let lean = |patch: &Patch, toward: Vec3| patch.plane.map_or(-1.0, |m| m.dot(toward));
+    let (lean_a, lean_b) = (lean(&of_a, -normal), lean(&of_b, normal));
+    // b is cut by a unless only b has a face, or clearly the better aligned one: rounding must not swap labels
+    if of_b.ring.len() == 1 && of_a.plane.is_none() || of_a.ring.len() == 1 && of_b.plane.is_none() {
+        return; // a corner on an edge or on a corner: the witnesses say it all
+    }
+    match (of_a.plane, of_b.plane) {
+        (None, None) => crossing_edges(&of_a, &of_b, normal, slack, out),
+        (Some(plane), _) if lean_a >= lean_b - 1e-4 || of_b.plane.is_none() => {
+            for m in overlap(&of_b, &of_a, -normal, slack) {
+                let on_a = m.point + normal * (plane.dot(of_a.ring[0].0 - m.point) / plane.dot(normal));
+                let label = Label { a: m.label.b, b: m.label.a };
+                out.push(Touch { normal, gap: normal.dot(on_a - m.point), on_a, on_b: m.point, label });
+            }
+        }
+        (_, Some(plane)) => {
+            for m in overlap(&of_a, &of_b, normal, slack) {
+                let on_b = m.point + normal * (plane.dot(of_b.ring[0].0 - m.point) / plane.dot(normal));
+                out.push(Touch { normal, gap: normal.dot(m.point - on_b), on_a: m.point, on_b, label: m.label });
+            }
+        }
+        (Some(_), None) => {}
+    }
+    drop_twins(out, slack);
+}
+
+/// Removes meetings that stand on an earlier one.
+fn drop_twins(out: &mut Vec<Touch<Spatial>>, slack: f64) {
+    let mut kept: Vec<Vec3> = Vec::with_capacity(out.len());
+    out.retain(|t| {
+        let twin = kept.iter().any(|p| (*p - t.on_b).norm() <= slack);
+        if !twin {
+            kept.push(t.on_b);
+        }
+        !twin
+    });
+}
+
+/// Two straight edges as seen along a normal: one point where they cross, two where they run side by side.
+fn crossing_edges(of_a: &Patch, of_b: &Patch, normal: Vec3, slack: f64, out: &mut Vec<Touch<Spatial>>) {
+    let [(p, i), (q, j)] = [of_a.ring[0], of_a.ring[1]];
+    let [(r, k), (s, l)] = [of_b.ring[0], of_b.ring[1]];
+    let (u, v) = (q - p, s - r);
+    let label = Label { a: [i, j], b: [k, l] };
+    let sine = normal.dot(u.cross(v)) / (u.norm() * v.norm());
+    if sine.abs() > PARALLEL {
+        // in the plane across the normal: p + x u = r + y v
+        let area = normal.dot(u.cross(v));
+        let (x, y) = (normal.dot((r - p).cross(v)) / area, normal.dot((r - p).cross(u)) / area);
+        let (ex, ey) = (slack / u.norm(), slack / v.norm());
+        if (-ex..=1.0 + ex).contains(&x) && (-ey..=1.0 + ey).contains(&y) {
+            let (on_a, on_b) = (p + u * x, r + v * y);
+            out.push(Touch { normal, gap: normal.dot(on_a - on_b), on_a, on_b, label });
+        }
+        return;
+    }
+    let along = (u - normal * normal.dot(u)) * (1.0 / u.norm());
+    let place = |x: Vec3| along.dot(x - p);
+    let (b_low, b_high) = (place(r).min(place(s)), place(r).max(place(s)));
+    let (low, high) = (b_low.max(0.0), b_high.min(place(q)));
+    let at = |start: Vec3, edge: Vec3, t: f64| {
+        let (x, y) = (place(start), place(start + edge));
+        start + edge * ((t - x) / (y - x)).clamp(0.0, 1.0)
+    };
+    let mut push = |t: f64, end: u32| {
+        let (on_a, on_b) = (at(p, u, t), at(r, v, t));
+        let label = Label { a: label.a, b: [label.b[0], label.b[1] ^ (end << 31)] };
+        out.push(Touch { normal, gap: normal.dot(on_a - on_b), on_a, on_b, label });
+    };
+    if low <= high + slack {
+        push(low, 0);
+        if high > low + slack {
+            push(high, 1);
+        }
+    }
+}
+
+/// Two segments nearly side by side: at each end of their overlap the nearest points, with a normal of their
+/// own, because the surfaces that sweep them are round.
+fn alongside(a: [Vec3; 2], b: [Vec3; 2], normal: Vec3, out: &mut Vec<Touch<Spatial>>) {
+    let (u, v) = (a[1] - a[0], b[1] - b[0]);
+    if u.cross(v).norm() > ALONGSIDE * u.norm() * v.norm() {
+        return;
+    }
+    let mut push = |on_a: Vec3, on_b: Vec3, label: Label| {
+        let apart = on_a - on_b;
+        if let Some(unit) = apart.normalized() {
+            let sign = if unit.dot(normal) < 0.0 { -1.0 } else { 1.0 };
+            out.push(Touch { normal: unit * sign, gap: sign * apart.norm(), on_a, on_b, label });
+        }
+    };
+    let inside = |x: Vec3, start: Vec3, edge: Vec3| {
+        let t = (x - start).dot(edge) / edge.norm_squared();
+        (-SAME_SIDE..=1.0 + SAME_SIDE).contains(&t).then(|| start + edge * t.clamp(0.0, 1.0))
+    };
+    for (i, &end) in a.iter().enumerate() {
+        if let Some(foot) = inside(end, b[0], v) {
+            push(end, foot, Label { a: [i as u32, NONE], b: [0, 1] });
+        }
+    }
+    for (i, &end) in b.iter().enumerate() {
+        if let Some(foot) = inside(end, a[0], u) {
+            push(foot, end, Label { a: [0, 1], b: [i as u32, NONE] });
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! Flat-faced convex cores of space: points, edges, faces with outward normals and rings of corners in
+//! counter-clockwise order seen from outside. Built from a hull's triangles (coplanar ones are joined), from a
+//! box or from one triangle. Knows no poses and no contacts.
+
+use carom_math::{Column, Vec3, vec3};
+
+/// Corners of neighbouring triangles within this fraction of the polytope's size of a plane share a face \[1\].
+const COPLANAR: f64 = 1e-10;
+
+/// A face: where its ring of corners stands and its plane normal.x = offset.
+#[derive(Clone, Copy, Debug)]
+pub struct Face {
+    /// Outward unit normal.
+    pub normal: Vec3,
+    /// Largest n.x over the polytope \[m\].
+    pub offset: f64,
+    /// First entry in the ring array.
+    pub first: u32,
+    /// Number of corners.
+    pub count: u32,
+}
+
+/// A convex polytope.
+#[derive(Clone, Debug)]
+pub struct Polytope {
+    /// Corners \[m\].
+    pub points: Vec<Vec3>,
+    /// Faces.
+    pub faces: Vec<Face>,
+    /// Corner indices of all faces, one ring after the other.
+    pub rings: Vec<u32>,
+    /// Edges, smaller corner first.
+    pub edges: Vec<[u32; 2]>,
+    /// A point inside \[m\].
+    pub center: Vec3,
+    /// Half side lengths when this is a box about the origin; speeds up supports.
+    pub half: Option<Vec3>,
+}
+
+/// Borrowed polytope, also for the cores that own no arrays.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    /// Corners \[m\].
+    pub points: &'a [Vec3],
+    /// Faces; none for points and segments, both sides for a triangle.
+    pub faces: &'a [Face],
+    /// Corner indices of all faces.
+    pub rings: &'a [u32],
+    /// Edges.
+    pub edges: &'a [[u32; 2]],
+    /// A point inside \[m\].
+    pub center: Vec3,
+    /// Half side lengths of a box about the origin.
+    pub half: Option<Vec3>,
+}
+
+/// Rings of the two sides of a triangle.
+pub const TRIANGLE_RINGS: [u32; 6] = [0, 1, 2, 2, 1, 0];
+/// Edges of a triangle.
+pub const TRIANGLE_EDGES: [[u32; 2]; 3] = [[0, 1], [1, 2], [0, 2]];
+/// The edge of a segment.
+pub const SEGMENT_EDGE: [[u32; 2]; 1] = [[0, 1]];
+
+impl<'a> View<'a> {
+    /// Farthest corner along a direction, and its index.
+    #[inline]
+    pub fn support(&self, direction: Vec3) -> (Vec3, u32) {
+        if let Some(half) = self.half {
+            let bit = |k: usize| u32::from(direction[k] >= 0.0);
+            let index = bit(0) | bit(1) << 1 | bit(2) << 2;
+            return (Vec3::from_fn(|k| if direction[k] >= 0.0 { half[k] } else { -half[k] }), index);
+        }
+        let mut best = (0, direction.dot(self.points[0]));
+        for (i, p) in self.points.iter().enumerate().skip(1) {
+            let along = direction.dot(*p);
+            if along > best.1 {
+                best = (i, along);
+            }
+        }
+        (self.points[best.0], best.0 as u32)
+    }
+    /// Face whose normal leans most along a direction, with the cosine times the direction's length.
+    pub fn face_toward(&self, direction: Vec3) -> Option<(usize, f64)> {
+        let mut best: Option<(usize, f64)> = None;
+        for (i, face) in self.faces.iter().enumerate() {
+            let along = face.normal.dot(direction);
+            if best.is_none_or(|b| along > b.1) {
+                best = Some((i, along));
+            }
+        }
+        best
+    }
+    /// Corner indices of a face.
+    pub fn ring(&self, face: usize) -> &'a [u32] {
+        let Face { first, count, .. } = self.faces[face];
+        &self.rings[first as usize..(first + count) as usize]
+    }
+}
+
+impl Polytope {
+    /// As a borrowed polytope.
+    pub fn view(&self) -> View<'_> {
+        View {
+            points: &self.points,
+            faces: &self.faces,
+            rings: &self.rings,
+            edges: &self.edges,
+            center: self.center,
+            half: self.half,
+        }
+    }
+    /// A box about the origin; corner k has the signs of k's bits.
+    pub fn cuboid(half: [f64; 3]) -> Self {
+        let sign = |k: usize, bit: usize| if k >> bit & 1 == 1 { half[bit] } else { -half[bit] };
+        let points = (0..8).map(|k| vec3(sign(k, 0), sign(k, 1), sign(k, 2))).collect();
+        let rings: Vec<u32> =
+            [[1, 3, 7, 5], [0, 4, 6, 2], [2, 6, 7, 3], [0, 1, 5, 4], [4, 5, 7, 6], [0, 2, 3, 1]].concat();
+        let face = |i: usize| {
+            let axis = i / 2;
+            let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let normal = Vec3::from_fn(|k| if k == axis { sign } else { 0.0 });
+            Face { normal, offset: half[axis], first: 4 * i as u32, count: 4 }
+        };
+        let half = vec3(half[0], half[1], half[2]);
+        let faces: Vec<Face> = (0..6).map(face).collect();
+        let edges = edges_of(&faces, &rings);
+        Polytope { points, faces, rings, edges, center: Vec3::ZERO, half: Some(half) }
+    }
+    /// A polytope from the corners and outward triangles of a convex hull.
+    pub fn from_hull(points: Vec<Vec3>, triangles: &[[u32; 3]]) -> Self {
+        let size = points.iter().fold(0.0, |m: f64, p| m.max((*p - points[0]).max_abs()));
+        let patches = coplanar_patches(&points, triangles, COPLANAR * size);
+        let (mut faces, mut rings) = (Vec::new(), Vec::new());
+        for patch in &patches {
+            let ring = outline(patch, triangles);
+            let normal = ring_normal(&points, &ring);
+            let offset = points.iter().fold(f64::NEG_INFINITY, |m, p| m.max(normal.dot(*p)));
+            faces.push(Face { normal, offset, first: rings.len() as u32, count: ring.len() as u32 });
+            rings.extend(ring);
+        }
+        let edges = edges_of(&faces, &rings);
+        let center = points.iter().fold(Vec3::ZERO, |s, p| s + *p * (1.0 / points.len() as f64));
+        Polytope { points, faces, rings, edges, center, half: None }
+    }
+}
+
+/// Both sides of a triangle; the first has the counter-clockwise ring.
+pub fn triangle_faces(corners: &[Vec3; 3]) -> [Face; 2] {
+    let normal = triangle_normal(corners);
+    let offset = normal.dot(corners[0]);
+    [
+        Face { normal, offset, first: 0, count: 3 },
+        Face { normal: -normal, offset: -offset, first: 3, count: 3 },
+    ]
+}
+
+/// Unit normal of a triangle, counter-clockwise side.
+pub fn triangle_normal(corners: &[Vec3]) -> Vec3 {
+    let product = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    product.normalized().unwrap_or(vec3(0.0, 0.0, 1.0))
+}
+
+/// Sorted, distinct edges of all rings.
+fn edges_of(faces: &[Face], rings: &[u32]) -> Vec<[u32; 2]> {
+    let mut edges = Vec::new();
+    for face in faces {
+        let ring = &rings[face.first as usize..(face.first + face.count) as usize];
+        for k in 0..ring.len() {
+            let (u, v) = (ring[k], ring[(k + 1) % ring.len()]);
+            edges.push([u.min(v), u.max(v)]);
+        }
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+/// Triangles gathered into faces: from the largest triangle outwards, neighbours join while their corners stay
+/// within `slack` \[m\] of its plane.
+fn coplanar_patches(points: &[Vec3], triangles: &[[u32; 3]], slack: f64) -> Vec<Vec<usize>> {
+    let corner = |t: usize, k: usize| points[triangles[t][k % 3] as usize];
+    let area = |t: usize| (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0)).norm();
+    let mut sides: Vec<([u32; 2], usize)> = Vec::with_capacity(3 * triangles.len());
+    for (t, triangle) in triangles.iter().enumerate() {
+        sides.extend((0..3).map(|k| ([triangle[k], triangle[(k + 1) % 3]], t)));
+    }
+    sides.sort_unstable();
+    let across = |u: u32, v: u32| sides.binary_search_by(|s| s.0.cmp(&[v, u])).ok().map(|i| sides[i].1);
+    let mut order: Vec<usize> = (0..triangles.len()).collect();
+    order.sort_by(|&s, &t| area(t).total_cmp(&area(s)).then(s.cmp(&t)));
+    let mut taken = vec![false; triangles.len()];
+    let mut patches = Vec::new();
+    for seed in order {
+        if taken[seed] {
+            continue;
+        }
+        taken[seed] = true;
+        let normal = triangle_normal(&[corner(seed, 0), corner(seed, 1), corner(seed, 2)]);
+        let mut patch = vec![seed];
+        let mut next = 0;
+        while next < patch.len() {
+            let t = patch[next];
+            next += 1;
+            for k in 0..3 {
+                let neighbour = across(triangles[t][k], triangles[t][(k + 1) % 3]);
+                if let Some(n) = neighbour.filter(|&n| !taken[n]) {
+                    if (0..3).all(|k| normal.dot(corner(n, k) - corner(seed, 0)).abs() <= slack) {
+                        taken[n] = true;
+                        patch.push(n);
+                    }
+                }
+            }
+        }
+        patches.push(patch);
+    }
+    patches
+}
+
+/// Outline of a patch of triangles, counter-clockwise.
+fn outline(patch: &[usize], triangles: &[[u32; 3]]) -> Vec<u32> {
+    let mut sides: Vec<[u32; 2]> = Vec::new();
+    for &t in patch {
+        sides.extend((0..3).map(|k| [triangles[t][k], triangles[t][(k + 1) % 3]]));
+    }
+    sides.sort_unstable();
+    let inner = |s: &[u32; 2]| sides.binary_search(&[s[1], s[0]]).is_ok();
+    let rim: Vec<[u32; 2]> = sides.iter().filter(|s| !inner(s)).copied().collect();
+    let mut ring = vec![rim[0][0]];
+    let mut at = rim[0][1];
+    while at != ring[0] && ring.len() < rim.len() {
+        ring.push(at);
+        match rim.binary_search_by(|s| s[0].cmp(&at)) {
+            Ok(next) => at = rim[next][1],
+            Err(_) => break,
+        }
+    }
+    ring
+}
+
+/// Area-weighted normal of a ring (Newell's formula about its first corner).
+fn ring_normal(points: &[Vec3], ring: &[u32]) -> Vec3 {
+    let at = |k: usize| points[ring[k % ring.len()] as usize] - points[ring[0] as usize];
+    let sum = (1..ring.len() - 1).fold(Vec3::ZERO, |s, k| s + at(k).cross(at(k + 1)));
+    sum.normalized().unwrap_or(vec3(0.0, 0.0, 1.0))
+}

@@ -1,0 +1,260 @@
+//! Rotations: q = [c, s] in the plane, a unit quaternion [w, x, y, z] in space (theory chapter 1).
+//! Sine, cosine and arc tangent come from `libm`, so that every machine turns by the same bits.
+
+use crate::tuple::{Vec1, Vec2, Vec3, vec1, vec2, vec3};
+use serde::{Deserialize, Serialize};
+use std::fmt::Debug;
+
+/// What generic code may do with a rotation from body axes to world axes.
+pub trait Rotation<Vector, Spin>:
+    Copy + Debug + Default + PartialEq + Send + Sync + 'static + Serialize + for<'de> Deserialize<'de>
+{
+    /// Numbers stored: 2 | 4.
+    const LEN: usize;
+    /// No rotation.
+    const IDENTITY: Self;
+    /// R r: body axes to world axes.
+    fn rotate(&self, r: Vector) -> Vector;
+    /// R^T r: world axes to body axes.
+    fn unrotate(&self, r: Vector) -> Vector;
+    /// Spin from body axes to world axes (the same number in the plane).
+    fn rotate_spin(&self, s: Spin) -> Spin;
+    /// Spin from world axes to body axes.
+    fn unrotate_spin(&self, s: Spin) -> Spin;
+    /// This rotation followed by `next` (the product next * self).
+    fn then(&self, next: &Self) -> Self;
+    /// The inverse rotation.
+    fn inverse(&self) -> Self;
+    /// The rotation by angle |s| about the axis s (the exponential map), exact to rounding.
+    fn about(s: Spin) -> Self;
+    /// The rotation by 2 atan(|s|/2) about s: Cayley's rational form of the exponential map.
+    fn cayley(s: Spin) -> Self;
+    /// The rotation vector in (-pi, pi] that `about` turns into this rotation.
+    fn vector(&self) -> Spin;
+    /// The notes' Euler step q + h q-dot with unit length restored, q-dot = w x q | w q / 2
+    /// (theory eqs. 2.3 to 2.5): turns by atan(h w) | 2 atan(h w / 2).
+    fn euler_step(&self, spin: Spin, h: f64) -> Self;
+    /// q-dot for a spin: w x q | w q / 2, as unnormalised numbers.
+    fn rate(&self, spin: Spin) -> Self;
+    /// q + h r without restoring unit length: a stage of a Runge-Kutta method.
+    fn plus_scaled(&self, rate: &Self, h: f64) -> Self;
+    /// The same rotation with unit length restored; `None` when the length is zero or not finite.
+    fn renormalized(&self) -> Option<Self>;
+    /// Numbers as stored.
+    fn as_slice(&self) -> &[f64];
+    /// From stored numbers, unit length restored; `None` for a wrong count, zero or non-finite length.
+    fn from_slice(values: &[f64]) -> Option<Self>;
+    /// True when no stored number is infinite or NaN.
+    fn is_finite(&self) -> bool {
+        self.as_slice().iter().all(|x| x.is_finite())
+    }
+}
+
+/// Rotation of the plane, [cosine, sine] of the angle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[repr(transparent)]
+pub struct Turn(pub [f64; 2]);
+
+impl Turn {
+    /// Rotation by an angle \[rad\].
+    pub fn from_angle(angle: f64) -> Self {
+        Turn([libm::cos(angle), libm::sin(angle)])
+    }
+    /// The angle in (-pi, pi] \[rad\].
+    pub fn angle(&self) -> f64 {
+        libm::atan2(self.0[1], self.0[0])
+    }
+}
+impl Default for Turn {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+impl Rotation<Vec2, Vec1> for Turn {
+    const LEN: usize = 2;
+    const IDENTITY: Self = Turn([1.0, 0.0]);
+    #[inline]
+    fn rotate(&self, r: Vec2) -> Vec2 {
+        let ([c, s], [x, y]) = (self.0, r.0);
+        vec2(c * x - s * y, s * x + c * y)
+    }
+    #[inline]
+    fn unrotate(&self, r: Vec2) -> Vec2 {
+        let ([c, s], [x, y]) = (self.0, r.0);
+        vec2(c * x + s * y, c * y - s * x)
+    }
+    fn rotate_spin(&self, s: Vec1) -> Vec1 {
+        s
+    }
+    fn unrotate_spin(&self, s: Vec1) -> Vec1 {
+        s
+    }
+    fn then(&self, next: &Self) -> Self {
+        let ([c, s], [a, b]) = (self.0, next.0);
+        let product = Turn([a * c - b * s, b * c + a * s]);
+        product.renormalized().unwrap_or(product)
+    }
+    fn inverse(&self) -> Self {
+        Turn([self.0[0], -self.0[1]])
+    }
+    fn about(s: Vec1) -> Self {
+        Turn::from_angle(s.0[0])
+    }
+    fn cayley(s: Vec1) -> Self {
+        let t = 0.5 * s.0[0];
+        let k = 1.0 / (1.0 + t * t);
+        Turn([(1.0 - t * t) * k, 2.0 * t * k])
+    }
+    fn vector(&self) -> Vec1 {
+        vec1(self.angle())
+    }
+    fn euler_step(&self, spin: Vec1, h: f64) -> Self {
+        let next = self.plus_scaled(&self.rate(spin), h);
+        next.renormalized().unwrap_or(next)
+    }
+    fn rate(&self, spin: Vec1) -> Self {
+        let ([c, s], w) = (self.0, spin.0[0]);
+        Turn([-w * s, w * c])
+    }
+    fn plus_scaled(&self, r: &Self, h: f64) -> Self {
+        Turn([self.0[0] + h * r.0[0], self.0[1] + h * r.0[1]])
+    }
+    fn renormalized(&self) -> Option<Self> {
+        let [c, s] = self.0;
+        let n = (c * c + s * s).sqrt();
+        (n > 0.0 && n.is_finite()).then(|| Turn([c / n, s / n]))
+    }
+    fn as_slice(&self) -> &[f64] {
+        &self.0
+    }
+    fn from_slice(v: &[f64]) -> Option<Self> {
+        if v.len() != 2 {
+            return None;
+        }
+        Turn([v[0], v[1]]).renormalized()
+    }
+}
+
+/// Rotation of space, unit quaternion [w, x, y, z].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[repr(transparent)]
+pub struct Quaternion(pub [f64; 4]);
+
+impl Quaternion {
+    /// Rotation by `angle` \[rad\] about a unit axis.
+    pub fn from_axis_angle(axis: Vec3, angle: f64) -> Self {
+        let (s, c) = libm::sincos(0.5 * angle);
+        Quaternion([c, s * axis.0[0], s * axis.0[1], s * axis.0[2]])
+    }
+    /// Rotation matrix, row by row.
+    pub fn matrix(&self) -> [[f64; 3]; 3] {
+        let [w, x, y, z] = self.0;
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    }
+    /// From a rotation matrix given row by row (Shepperd's choice of the largest component).
+    pub fn from_matrix(m: &[[f64; 3]; 3]) -> Self {
+        let trace = m[0][0] + m[1][1] + m[2][2];
+        let q = if trace > m[0][0].max(m[1][1]).max(m[2][2]) {
+            [1.0 + trace, m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]]
+        } else if m[0][0] >= m[1][1] && m[0][0] >= m[2][2] {
+            [m[2][1] - m[1][2], 1.0 + m[0][0] - m[1][1] - m[2][2], m[0][1] + m[1][0], m[0][2] + m[2][0]]
+        } else if m[1][1] >= m[2][2] {
+            [m[0][2] - m[2][0], m[0][1] + m[1][0], 1.0 + m[1][1] - m[0][0] - m[2][2], m[1][2] + m[2][1]]
+        } else {
+            [m[1][0] - m[0][1], m[0][2] + m[2][0], m[1][2] + m[2][1], 1.0 + m[2][2] - m[0][0] - m[1][1]]
+        };
+        Quaternion(q).renormalized().unwrap_or(Self::IDENTITY)
+    }
+    /// Hamilton product self * other, without renormalisation.
+    pub fn product(&self, o: &Self) -> Self {
+        let ([w, x, y, z], [a, b, c, d]) = (self.0, o.0);
+        Quaternion([
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        ])
+    }
+}
+impl Default for Quaternion {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+impl Rotation<Vec3, Vec3> for Quaternion {
+    const LEN: usize = 4;
+    const IDENTITY: Self = Quaternion([1.0, 0.0, 0.0, 0.0]);
+    #[inline]
+    fn rotate(&self, r: Vec3) -> Vec3 {
+        let [w, x, y, z] = self.0;
+        let v = vec3(x, y, z);
+        let t = v.cross(r) * 2.0;
+        r + t * w + v.cross(t)
+    }
+    #[inline]
+    fn unrotate(&self, r: Vec3) -> Vec3 {
+        self.inverse().rotate(r)
+    }
+    fn rotate_spin(&self, s: Vec3) -> Vec3 {
+        self.rotate(s)
+    }
+    fn unrotate_spin(&self, s: Vec3) -> Vec3 {
+        self.unrotate(s)
+    }
+    fn then(&self, next: &Self) -> Self {
+        let q = next.product(self);
+        q.renormalized().unwrap_or(q)
+    }
+    fn inverse(&self) -> Self {
+        let [w, x, y, z] = self.0;
+        Quaternion([w, -x, -y, -z])
+    }
+    fn about(s: Vec3) -> Self {
+        let [x, y, z] = s.0;
+        let angle = (x * x + y * y + z * z).sqrt();
+        let (sine, cosine) = libm::sincos(0.5 * angle);
+        // sin(a/2)/a near zero by its series, which is exact to rounding below 1e-4
+        let k = if angle < 1e-4 { 0.5 - angle * angle / 48.0 } else { sine / angle };
+        Quaternion([cosine, k * x, k * y, k * z])
+    }
+    fn cayley(s: Vec3) -> Self {
+        let [x, y, z] = s.0;
+        let q = Quaternion([1.0, 0.5 * x, 0.5 * y, 0.5 * z]);
+        q.renormalized().unwrap_or(q)
+    }
+    fn vector(&self) -> Vec3 {
+        let sign = if self.0[0] < 0.0 { -1.0 } else { 1.0 };
+        let [w, x, y, z] = self.0.map(|c| c * sign);
+        let sine = (x * x + y * y + z * z).sqrt();
+        let k = if sine < 1e-9 { 2.0 / w } else { 2.0 * libm::atan2(sine, w) / sine };
+        vec3(k * x, k * y, k * z)
+    }
+    fn euler_step(&self, spin: Vec3, h: f64) -> Self {
+        let next = self.plus_scaled(&self.rate(spin), h);
+        next.renormalized().unwrap_or(next)
+    }
+    fn rate(&self, spin: Vec3) -> Self {
+        let [x, y, z] = spin.0;
+        Quaternion([0.0, 0.5 * x, 0.5 * y, 0.5 * z]).product(self)
+    }
+    fn plus_scaled(&self, r: &Self, h: f64) -> Self {
+        Quaternion(std::array::from_fn(|i| self.0[i] + h * r.0[i]))
+    }
+    fn renormalized(&self) -> Option<Self> {
+        let n = self.0.iter().map(|x| x * x).sum::<f64>().sqrt();
+        (n > 0.0 && n.is_finite()).then(|| Quaternion(self.0.map(|x| x / n)))
+    }
+    fn as_slice(&self) -> &[f64] {
+        &self.0
+    }
+    fn from_slice(v: &[f64]) -> Option<Self> {
+        if v.len() != 4 {
+            return None;
+        }
+        Quaternion([v[0], v[1], v[2], v[3]]).renormalized()
+    }
+}

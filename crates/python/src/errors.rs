@@ -1,0 +1,107 @@
+//! The engine's errors as the exceptions of `carom.errors`, with body, field and remedy as attributes. The
+//! Python side adds the offending value where it has it.
+
+use carom::solver::ProblemError;
+use carom::{BuildError, ShapeError, StepError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Parts of an exception.
+struct Parts<'a> {
+    message: String,
+    body: Option<&'a str>,
+    field: Option<&'a str>,
+    value: Option<&'a str>,
+    remedy: Option<&'a str>,
+}
+
+/// Python's spelling of what is no number.
+fn spelled(text: &str) -> String {
+    text.replace("NaN", "nan")
+}
+
+fn raise(py: Python<'_>, class: &str, parts: Parts<'_>) -> PyErr {
+    let make = || -> PyResult<PyErr> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("body", parts.body)?;
+        keywords.set_item("field", parts.field)?;
+        keywords.set_item("value", parts.value.map(spelled))?;
+        keywords.set_item("remedy", parts.remedy)?;
+        let class = py.import("carom.errors")?.getattr(class)?;
+        Ok(PyErr::from_value(class.call((spelled(&parts.message),), Some(&keywords))?))
+    };
+    make().unwrap_or_else(|error| error)
+}
+
+/// A refused input.
+pub fn build(py: Python<'_>, e: &BuildError) -> PyErr {
+    let (field, remedy) = (Some(e.field.as_str()), Some(e.remedy.as_str()));
+    let parts = Parts { message: e.to_string(), body: e.body.as_deref(), field, value: None, remedy };
+    raise(py, "BuildError", parts)
+}
+
+/// A refused shape that belongs to no body yet.
+pub fn shape(py: Python<'_>, e: ShapeError) -> PyErr {
+    let field = format!("shape.{}", e.field);
+    build(py, &BuildError { body: None, field, problem: e.problem, remedy: e.remedy })
+}
+
+/// A refused contact problem.
+pub fn problem(py: Python<'_>, e: &ProblemError) -> PyErr {
+    let (field, remedy) = (Some(e.place.as_str()), Some(e.remedy.as_str()));
+    raise(py, "BuildError", Parts { message: e.to_string(), body: None, field, value: None, remedy })
+}
+
+/// A refused argument.
+pub fn argument(py: Python<'_>, field: &str, problem: &str, remedy: &str) -> PyErr {
+    build(py, &BuildError::setting(field, problem, remedy))
+}
+
+/// A step that could not be taken.
+pub fn step(py: Python<'_>, e: &StepError) -> PyErr {
+    let mut parts = Parts { message: e.to_string(), body: None, field: None, value: None, remedy: None };
+    let mut class = "StepError";
+    match e {
+        StepError::NotFinite { body, field, value, remedy, .. } => {
+            parts = Parts { body: Some(body), field: Some(field), value: Some(value), remedy: Some(remedy), ..parts };
+        }
+        StepError::Argument { field, remedy, .. } => {
+            parts = Parts { field: Some(field), remedy: Some(remedy), ..parts };
+        }
+        StepError::SolverRefused { solver, .. } => {
+            class = "SolverError";
+            parts = Parts {
+                field: Some("solver"),
+                value: Some(solver),
+                remedy: Some("choose solver pgs, or lemke for small planar problems"),
+                ..parts
+            };
+        }
+        StepError::ForceField { field, .. } => {
+            parts = Parts { field: Some(field), remedy: Some("return finite numbers"), ..parts };
+        }
+    }
+    raise(py, class, parts)
+}
+
+/// Another call is using the world.
+pub fn busy(py: Python<'_>) -> PyErr {
+    let remedy = "wait until the other thread's step or run has returned; inside a force field use its arguments";
+    let message = format!("world is busy with a step; {remedy}");
+    raise(py, "BusyError", Parts { message, body: None, field: None, value: None, remedy: Some(remedy) })
+}
+
+/// An internal error ended a step in the middle.
+pub fn broken(py: Python<'_>) -> PyErr {
+    let remedy = "restore a snapshot or build the world again, and report the panic";
+    let message = format!("world was left half changed by an internal error; {remedy}");
+    raise(py, "CaromError", Parts { message, body: None, field: None, value: None, remedy: Some(remedy) })
+}
+
+/// Arrays look at memory that a change of the bodies would move.
+pub fn views_alive(py: Python<'_>, what: &str, names: &[&str]) -> PyErr {
+    let list = names.join(", ");
+    let remedy = "drop them with del, or keep copies made with .copy()";
+    let message = format!("{what}: arrays of the world are still in use ({list}); {remedy}");
+    raise(py, "ViewError", Parts { message, body: None, field: Some(&list), value: None, remedy: Some(remedy) })
+}

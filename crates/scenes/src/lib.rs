@@ -1,0 +1,17 @@
+//! Named scenes, shared by the tests, the benchmarks, the examples and the command line of carom. Each scene is a
+//! function of its parameters; the catalogue gives the usual ones names. Knows bodies and settings, takes no step.
+
+pub mod catalogue;
+pub mod chance;
+pub mod constrained;
+pub mod dominoes;
+pub mod falling;
+pub mod pouring;
+pub mod seven;
+pub mod sliding;
+pub mod spinning;
+pub mod stacking;
+pub mod stage;
+pub mod striking;
+
+pub use catalogue::{SceneInfo, catalogue, planar, spatial};

@@ -1,0 +1,85 @@
+//! What stands by weight and friction (cases C24, C27): stacks, pyramids of boxes, a house of cards.
+
+use crate::stage::{Stage, settings};
+use carom::{BodySpec, BuildError, Planar, PlanarShape, Settings, World, World2};
+
+/// Density of the boxes \[kg/m^DIM\].
+const DENSITY: f64 = 1000.0;
+
+/// `count` boxes of side 1 m on each other, box 0 lowest, the topmost `top` times as heavy as the others. The k-th
+/// interface from below carries the weight of all boxes above it.
+///
+/// # Errors
+/// [`BuildError`] for a mass factor that is not positive.
+pub fn stack<S: Stage>(count: usize, top: f64) -> Result<World<S>, BuildError> {
+    let mut world = World::new(settings::<S>(1.0 / 240.0))?;
+    world.add("floor", BodySpec::fixed(S::ground(0.0)))?;
+    for k in 0..count {
+        let density = if k + 1 == count { top * DENSITY } else { DENSITY };
+        let place = S::place(0.0, 0.5 + k as f64);
+        world.add(&format!("box{k}"), BodySpec::dense(S::block(1.0, 1.0, 1.0), density).at(place))?;
+    }
+    Ok(world)
+}
+
+/// A pyramid of boxes of side 1 m, as wide as `base` boxes below and one above: base (base + 1)/2 boxes, each on
+/// two others and beside its neighbours without a gap. Friction .6.
+///
+/// # Errors
+/// None is known; those of building a world.
+pub fn pyramid<S: Stage>(base: usize) -> Result<World<S>, BuildError> {
+    // a base of 50 stands with 60 sweeps, warm-started; more make the fall after the start shorter
+    let mut world = World::new(Settings { iterations: 60, ..settings::<S>(1.0 / 120.0) })?;
+    world.add("floor", BodySpec::fixed(S::ground(0.0)).friction(0.6))?;
+    for row in 0..base {
+        let width = base - row;
+        for k in 0..width {
+            let along = k as f64 - 0.5 * (width - 1) as f64;
+            let spec =
+                BodySpec::dense(S::block(1.0, 1.0, 1.0), DENSITY).at(S::place(along, 0.5 + row as f64));
+            world.add(&format!("box{row}_{k}"), spec.friction(0.6))?;
+        }
+    }
+    Ok(world)
+}
+
+/// Length of a card \[m\].
+const CARD: f64 = 0.1;
+/// Rounding of a card's edges, half of its thickness \[m\].
+const ROUNDING: f64 = 0.001;
+/// Lean of a card from the vertical \[rad\]: 25 degrees, which asks for friction tan(25 deg)/2 = .233.
+const LEAN: f64 = 0.436_332_312_998_582_4;
+
+/// A house of cards with `levels` levels: each a row of pairs of cards that lean on each other under one long
+/// card; every level has one pair less than the one below it. It stands when the friction \[1\] suffices.
+///
+/// # Errors
+/// [`BuildError`] for a negative friction.
+pub fn card_house(levels: usize, friction: f64) -> Result<World2, BuildError> {
+    let mut world = World2::new(Settings { iterations: 400, ..settings::<Planar>(1.0 / 480.0) })?;
+    world.add("floor", BodySpec::fixed(Planar::ground(0.0)).friction(friction))?;
+    let [c, s] = carom::Turn::from_angle(LEAN).0;
+    // ends of a card are half discs: a pair meets at height `apex` of their centres, feet at height ROUNDING
+    let core = CARD - 2.0 * ROUNDING;
+    let height = core * c + 2.0 * ROUNDING;
+    let spacing = 2.0 * core * s + 8.0 * ROUNDING;
+    let card = |length: f64| {
+        let shape = PlanarShape::Capsule { length: length - 2.0 * ROUNDING, radius: ROUNDING };
+        BodySpec::dense(shape, 800.0).friction(friction)
+    };
+    for level in 0..levels {
+        let pairs = levels - level;
+        let floor = level as f64 * (height + 2.0 * ROUNDING);
+        for pair in 0..pairs {
+            let middle = spacing * (pair as f64 - 0.5 * (pairs - 1) as f64);
+            for (side, name) in [(-1.0, "left"), (1.0, "right")] {
+                let place = Planar::place(middle + side * (0.5 * core * s + ROUNDING), floor + 0.5 * height);
+                let turn = Planar::lean(std::f64::consts::FRAC_PI_2 + side * LEAN);
+                world.add(&format!("{name}{level}_{pair}"), card(CARD).at(place).turned(turn))?;
+            }
+        }
+        let deck = card(spacing * (pairs - 1) as f64 + CARD);
+        world.add(&format!("deck{level}"), deck.at(Planar::place(0.0, floor + height + ROUNDING)))?;
+    }
+    Ok(world)
+}

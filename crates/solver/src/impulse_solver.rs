@@ -1,0 +1,85 @@
+//! The one door to all solvers. Finds impulses; knows rows, cones and bounds; no shape, no world, no clock.
+
+use crate::methods::{direct::Direct, lemke::Lemke, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential};
+use crate::outcome::Outcome;
+use crate::problem::{ContactProblem, Impulses};
+use carom_math::Space;
+use serde::{Deserialize, Serialize};
+use std::str::FromStr;
+
+/// How long and how exactly to solve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SolveSettings {
+    /// Most iterations to spend \[1\].
+    pub iterations: usize,
+    /// Stop when the residual is at or below this \[m/s\]; 0 spends all iterations.
+    pub tolerance: f64,
+}
+
+impl Default for SolveSettings {
+    /// 100 iterations, 1e-6 m/s: a micrometre per second is below what a recorded run can show.
+    fn default() -> Self {
+        SolveSettings { iterations: 100, tolerance: 1e-6 }
+    }
+}
+
+/// Finds the impulses of a contact problem.
+pub trait ImpulseSolver<S: Space>: Send {
+    /// The solver's name as users write it.
+    fn name(&self) -> &'static str;
+    /// Solves in place: `impulses` is the warm start on entry and the answer on return.
+    fn solve(&mut self, problem: &ContactProblem<S>, settings: &SolveSettings, impulses: &mut Impulses<S>) -> Outcome;
+}
+
+/// The solvers by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SolverKind {
+    /// One collision at a time; impulses are never taken back.
+    Sequential,
+    /// Projected Gauss-Seidel without a matrix.
+    #[default]
+    Pgs,
+    /// Projected Gauss-Seidel on the assembled sparse A.
+    PgsMatrix,
+    /// Sparse factorisation, when A is regular and every impulse comes out admissible.
+    Direct,
+    /// Lemke's pivoting: exact for linear complementarity.
+    Lemke,
+}
+
+impl SolverKind {
+    /// All solvers.
+    pub const ALL: [SolverKind; 5] =
+        [SolverKind::Sequential, SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Direct, SolverKind::Lemke];
+    /// The name as users write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            SolverKind::Sequential => "sequential",
+            SolverKind::Pgs => "pgs",
+            SolverKind::PgsMatrix => "pgs_matrix",
+            SolverKind::Direct => "direct",
+            SolverKind::Lemke => "lemke",
+        }
+    }
+    /// A fresh solver of this kind.
+    pub fn make<S: Space>(self) -> Box<dyn ImpulseSolver<S>> {
+        match self {
+            SolverKind::Sequential => Box::new(Sequential::<S>::default()),
+            SolverKind::Pgs => Box::new(Pgs::<S>::default()),
+            SolverKind::PgsMatrix => Box::new(PgsMatrix::default()),
+            SolverKind::Direct => Box::new(Direct),
+            SolverKind::Lemke => Box::new(Lemke),
+        }
+    }
+}
+
+impl FromStr for SolverKind {
+    type Err = String;
+    fn from_str(name: &str) -> Result<Self, String> {
+        SolverKind::ALL.into_iter().find(|k| k.name() == name).ok_or_else(|| {
+            let known = SolverKind::ALL.map(SolverKind::name).join(", ");
+            format!("unknown solver {name:?}; known: {known}")
+        })
+    }
+}

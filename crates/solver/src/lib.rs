@@ -1,0 +1,24 @@
+//! Contact problems as values, the solvers that find their impulses behind one trait, and the one residual
+//! that judges them all. Knows no shapes, no world and no clock.
+
+pub mod check;
+pub mod collision;
+pub mod cone;
+pub mod delassus;
+pub mod file;
+pub mod impulse_solver;
+pub mod lcp;
+pub mod methods;
+mod number;
+pub mod outcome;
+pub mod prepared;
+pub mod problem;
+pub mod residual;
+
+pub use delassus::Csr;
+pub use impulse_solver::{ImpulseSolver, SolveSettings, SolverKind};
+pub use outcome::{Outcome, Stop};
+pub use problem::{
+    BoundedRow, Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, ProblemError, Twist,
+};
+pub use residual::{Entry, Residual, residual};

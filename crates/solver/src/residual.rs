@@ -1,0 +1,107 @@
+//! The one residual that judges every solver: the natural map of the contact law, in m/s.
+//! normal: |g_n - max(0, g_n - m_n (u_n - target))| / m_n with m_n = 1/W_nn;
+//! tangential: |g_t - P(g_t - m_t u_t)| / m_t with P the friction projection at mu g_n, m_t = 1/lambda_max(W_tt);
+//! bounded row: |l - clamp(l - m (J u - target), lo, hi)| / m.
+//! It is zero exactly at the solutions (theory chapter 5). Knows no solver.
+
+use crate::cone::project_tangent;
+use crate::prepared::Prepared;
+use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
+use carom_math::{Column, Space};
+use serde::{Deserialize, Serialize};
+
+/// Which entry of a problem is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Entry {
+    /// Index of a contact.
+    Contact(usize),
+    /// Index of a bounded row.
+    Row(usize),
+}
+
+/// How far impulses are from solving a problem.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Residual {
+    /// Largest natural-map residual over contacts and rows \[m/s\].
+    pub absolute: f64,
+    /// The same divided by the largest velocity that the impulses have to change \[1\].
+    pub relative: f64,
+    /// Where it is largest; `None` when it is zero everywhere.
+    pub worst: Option<Entry>,
+}
+
+/// Residual of one contact \[m/s\]: the length of its normal and tangential parts.
+#[inline]
+pub fn contact_residual<S: Space>(
+    impulse: &Impulse<S>,
+    (normal_velocity, slip): (f64, S::Slip),
+    target: f64,
+    friction: f64,
+    (normal_mass, tangent_mass): (f64, f64),
+    law: FrictionLaw,
+) -> f64 {
+    let map = (impulse.normal - normal_mass * (normal_velocity - target)).max(0.0);
+    let normal = (impulse.normal - map) / normal_mass;
+    // an impulse that pulls is outside the law whatever the velocities are
+    let limit = friction * impulse.normal.max(0.0);
+    let trial = impulse.tangent - slip * tangent_mass;
+    let tangential = (impulse.tangent - project_tangent::<S>(trial, limit, law)) * (1.0 / tangent_mass);
+    (normal * normal + tangential.norm_squared()).sqrt()
+}
+
+/// The residual of impulses, from the velocities that they give.
+pub fn residual<S: Space>(problem: &ContactProblem<S>, impulses: &Impulses<S>) -> Residual {
+    residual_of(problem, &Prepared::of(problem), impulses)
+}
+
+/// The same with the rows already prepared.
+pub fn residual_of<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>, impulses: &Impulses<S>) -> Residual {
+    let mut after = problem.velocities.clone();
+    prepared.apply(impulses, &mut after);
+    let (absolute, worst) = largest(problem, prepared, impulses, &after);
+    let scale = velocity_scale(problem, prepared);
+    Residual { absolute, relative: if absolute == 0.0 { 0.0 } else { absolute / scale.max(f64::MIN_POSITIVE) }, worst }
+}
+
+/// Largest residual at given velocities after the impulses, and where.
+pub fn largest<S: Space>(
+    problem: &ContactProblem<S>,
+    prepared: &Prepared<S>,
+    impulses: &Impulses<S>,
+    after: &[Twist<S>],
+) -> (f64, Option<Entry>) {
+    let mut worst = (0.0, None);
+    let mut tell = |value: f64, entry: Entry| {
+        // NaN counts as infinitely wrong instead of vanishing in a comparison
+        let value = if value.is_nan() { f64::INFINITY } else { value };
+        if value > worst.0 {
+            worst = (value, Some(entry));
+        }
+    };
+    for (i, (c, g)) in prepared.contacts.iter().zip(&impulses.contacts).enumerate() {
+        let masses = (c.normal_mass, c.tangent_mass);
+        let value =
+            contact_residual::<S>(g, c.relative_velocity(after), c.target, c.friction, masses, problem.friction_law);
+        tell(value, Entry::Contact(i));
+    }
+    for (i, ((row, prepared), &l)) in problem.rows.iter().zip(&prepared.rows).zip(&impulses.rows).enumerate() {
+        let m = 1.0 / prepared.inverse_effective_mass;
+        let map = (l - m * (prepared.velocity(after) - row.target)).clamp(row.lo, row.hi);
+        tell((l - map).abs() / m, Entry::Row(i));
+    }
+    worst
+}
+
+/// Largest velocity that impulses have to change \[m/s\]: over contacts the approach to the target and the
+/// slip of contacts with friction, over rows the distance to the target.
+pub fn velocity_scale<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>) -> f64 {
+    let v = &problem.velocities;
+    let contacts = prepared.contacts.iter().map(|c| {
+        let (normal, slip) = c.relative_velocity(v);
+        let approach = (c.target - normal).max(0.0);
+        if c.friction > 0.0 && approach > 0.0 { approach.max(slip.norm()) } else { approach }
+    });
+    let rows = problem.rows.iter().zip(&prepared.rows).map(|(r, p)| (p.velocity(v) - r.target).abs());
+    contacts.chain(rows).fold(0.0, f64::max)
+}

@@ -1,0 +1,95 @@
+//! From contacts to a contact problem, and from impulses to velocities and lines of the ledger.
+
+use crate::bodies::Bodies;
+use crate::narrow_phase::Touch;
+use crate::observe::ledger::Ledger;
+use carom_geometry::Geometry;
+use carom_math::{Column, Space};
+use carom_solver::{Contact, ContactProblem, Entry, FrictionLaw, Impulses, Twist};
+
+/// Empties a problem and fills in the bodies' inverse masses and present velocities.
+pub fn begin<S: Geometry>(problem: &mut ContactProblem<S>, bodies: &Bodies<S>, law: FrictionLaw) {
+    problem.space.clear();
+    problem.space.push_str(S::NAME);
+    problem.friction_law = law;
+    problem.contacts.clear();
+    problem.rows.clear();
+    problem.inverse_masses.clear();
+    problem.inverse_masses.extend((0..bodies.len()).map(|i| bodies.inverse_mass(i)));
+    problem.velocities.clear();
+    problem.velocities.extend((0..bodies.len()).map(|i| bodies.motion.twist(i)));
+}
+
+/// A contact of the problem. `moved` is the displacement of each body since detection: both bodies of the
+/// contact go on using one common point, or angular momentum would leak.
+pub fn contact<S: Geometry>(
+    bodies: &Bodies<S>,
+    t: &Touch<S>,
+    target: f64,
+    moved: &impl Fn(usize) -> S::Vector,
+) -> Contact<S> {
+    let (da, db) = (moved(t.a), moved(t.b));
+    let shift = match (bodies.is_dynamic(t.a), bodies.is_dynamic(t.b)) {
+        (true, true) => (da + db) * 0.5,
+        (true, false) => da,
+        (false, _) => db,
+    };
+    let point = t.point + shift;
+    Contact {
+        id: t.id,
+        a: t.a,
+        b: t.b,
+        normal: t.normal,
+        arm_a: point - bodies.motion.position[t.a],
+        arm_b: point - bodies.motion.position[t.b],
+        gap: t.gap,
+        target,
+        restitution: t.restitution,
+        friction: t.friction,
+    }
+}
+
+/// Writes velocities back to the bodies that impulses move.
+pub fn write_back<S: Geometry>(bodies: &mut Bodies<S>, velocities: &[Twist<S>]) {
+    for (i, v) in velocities.iter().enumerate() {
+        if bodies.data[i].inverse_mass > 0.0 {
+            bodies.motion.set_twist(i, v);
+        }
+    }
+}
+
+/// Bodies of an entry of the problem.
+pub fn bodies_of<S: Space>(problem: &ContactProblem<S>, entry: Option<Entry>) -> Option<(usize, usize)> {
+    entry.map(|e| match e {
+        Entry::Contact(i) => (problem.contacts[i].a, problem.contacts[i].b),
+        Entry::Row(i) => (problem.rows[i].a, problem.rows[i].b),
+    })
+}
+
+/// Work of contact impulses between two sets of velocities, by the kick identity: (normal, friction) of one
+/// contact \[J\], and the part that moving obstacles paid.
+pub fn contact_work<S: Geometry>(
+    bodies: &Bodies<S>,
+    problem: &ContactProblem<S>,
+    impulses: &Impulses<S>,
+    before: &[Twist<S>],
+    after: &[Twist<S>],
+    mut book: impl FnMut(usize, f64, f64),
+    ledger: &mut Ledger,
+) {
+    for (k, (c, g)) in problem.contacts.iter().zip(&impulses.contacts).enumerate() {
+        if g.normal == 0.0 && g.tangent == S::Slip::ZERO {
+            continue;
+        }
+        let (n0, t0) = c.relative_velocity(before);
+        let (n1, t1) = c.relative_velocity(after);
+        book(k, 0.5 * g.normal * (n0 + n1), 0.5 * g.tangent.dot(t0 + t1));
+        let force = c.to_world(g);
+        if !bodies.is_dynamic(c.b) {
+            ledger.driven += force.dot(after[c.b].at(c.arm_b));
+        }
+        if !bodies.is_dynamic(c.a) {
+            ledger.driven -= force.dot(after[c.a].at(c.arm_a));
+        }
+    }
+}

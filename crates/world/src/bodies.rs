@@ -1,0 +1,341 @@
+//! The bodies of a world: motion in flat arrays, what does not change in a step beside it. State is
+//! (x, q, v, w) with x the centre of mass; the equivalent (p, L) is computed (theory chapter 1, item 8).
+
+use crate::body::{BodyKind, BodySpec, MassSource};
+use crate::error::BuildError;
+use carom_geometry::{Geometry, MassProperties};
+use carom_math::{Column, Inertia, Pose, Rotation, Space};
+use carom_solver::{InverseMass, Twist};
+use std::collections::BTreeMap;
+
+/// The moving state of all bodies, one entry per body in each array.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Motion<S: Space> {
+    /// Centres of mass \[m\].
+    pub position: Vec<S::Vector>,
+    /// Orientations.
+    pub rotation: Vec<S::Rotation>,
+    /// Velocities of the centres of mass \[m/s\].
+    pub velocity: Vec<S::Vector>,
+    /// Angular velocities \[rad/s\], world axes.
+    pub angular_velocity: Vec<S::Spin>,
+}
+
+impl<S: Space> Motion<S> {
+    /// Copies the numbers of another motion of the same bodies without moving this one's memory.
+    pub fn copy_from(&mut self, other: &Motion<S>) {
+        self.position.clone_from(&other.position);
+        self.rotation.clone_from(&other.rotation);
+        self.velocity.clone_from(&other.velocity);
+        self.angular_velocity.clone_from(&other.angular_velocity);
+    }
+    /// Velocity and angular velocity of a body.
+    pub fn twist(&self, i: usize) -> Twist<S> {
+        Twist::new(self.velocity[i], self.angular_velocity[i])
+    }
+    /// Sets velocity and angular velocity of a body.
+    pub fn set_twist(&mut self, i: usize, twist: &Twist<S>) {
+        self.velocity[i] = twist.linear;
+        self.angular_velocity[i] = twist.angular;
+    }
+    /// Position and orientation of a body.
+    pub fn pose(&self, i: usize) -> Pose<S> {
+        Pose::new(self.position[i], self.rotation[i])
+    }
+}
+
+/// What a step reads of a body and does not change.
+#[derive(Clone)]
+pub struct BodyData<S: Geometry> {
+    /// How it takes part in the motion.
+    pub kind: BodyKind,
+    /// Never used twice in a world; names the body's contacts.
+    pub serial: u64,
+    /// Mass, centre of mass and inertia in shape axes; zeros for obstacles.
+    pub mass_properties: MassProperties<S>,
+    /// Inverse mass \[1/kg\]; 0 for obstacles.
+    pub inverse_mass: f64,
+    /// Inverse inertia in shape axes; zero for obstacles and particles.
+    pub inverse_inertia: S::Inertia,
+    /// Principal moments \[kg m^2\].
+    pub principal: S::Spin,
+    /// Rotation from principal axes to shape axes.
+    pub axes: S::Rotation,
+    /// Shape as given.
+    pub shape: Option<S::Shape>,
+    /// Shape made ready for queries.
+    pub collider: Option<S::Collider>,
+    /// Largest extent of the shape \[m\]; 0 without one, infinite for half-planes.
+    pub extent: f64,
+    /// Coefficient of friction \[1\].
+    pub friction: f64,
+    /// Coefficient of restitution \[1\].
+    pub restitution: f64,
+    /// Linear damping rate \[1/s\].
+    pub linear_damping: f64,
+    /// Angular damping rate \[1/s\].
+    pub angular_damping: f64,
+    /// Groups the body belongs to.
+    pub groups: u32,
+    /// Groups the body collides with.
+    pub collides_with: u32,
+}
+
+/// All bodies of a world.
+#[derive(Clone, Default)]
+pub struct Bodies<S: Geometry> {
+    /// The moving state.
+    pub motion: Motion<S>,
+    /// Everything else a step reads.
+    pub data: Vec<BodyData<S>>,
+    /// Names in order of index.
+    pub names: Vec<String>,
+    index: BTreeMap<String, usize>,
+    serials: u64,
+}
+
+impl<S: Geometry> Bodies<S> {
+    /// Number of bodies.
+    pub fn len(&self) -> usize {
+        self.data.len()
+    }
+    /// True when there are none.
+    pub fn is_empty(&self) -> bool {
+        self.data.is_empty()
+    }
+    /// Index of a named body.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.index.get(name).copied()
+    }
+    /// True for bodies that impulses move.
+    pub fn is_dynamic(&self, i: usize) -> bool {
+        self.data[i].kind == BodyKind::Dynamic
+    }
+    /// Inverse mass and inverse inertia in world axes at the present orientation.
+    pub fn inverse_mass(&self, i: usize) -> InverseMass<S> {
+        let d = &self.data[i];
+        InverseMass { linear: d.inverse_mass, angular: S::turned(&d.inverse_inertia, &self.motion.rotation[i]) }
+    }
+    /// Inertia in world axes about the centre of mass \[kg m^2\]; zero for obstacles and particles.
+    pub fn inertia(&self, i: usize) -> S::Inertia {
+        S::turned(&self.data[i].mass_properties.inertia, &self.motion.rotation[i])
+    }
+    /// Linear momentum p = m v \[kg m/s\]; zero for obstacles.
+    pub fn momentum(&self, i: usize) -> S::Vector {
+        self.motion.velocity[i] * self.data[i].mass_properties.mass
+    }
+    /// Angular momentum about the centre of mass L = I w \[kg m^2/s\].
+    pub fn spin_momentum(&self, i: usize) -> S::Spin {
+        self.inertia(i).apply(self.motion.angular_velocity[i])
+    }
+    /// Angular momentum about the world's origin, x x p + I w.
+    pub fn angular_momentum(&self, i: usize) -> S::Spin {
+        S::moment(self.motion.position[i], self.momentum(i)) + self.spin_momentum(i)
+    }
+    /// Kinetic energy of translation, 1/2 m v^2 \[J\].
+    pub fn translational_energy(&self, i: usize) -> f64 {
+        0.5 * self.momentum(i).dot(self.motion.velocity[i])
+    }
+    /// Kinetic energy of rotation, 1/2 w^T I w \[J\].
+    pub fn rotational_energy(&self, i: usize) -> f64 {
+        0.5 * self.spin_momentum(i).dot(self.motion.angular_velocity[i])
+    }
+    /// Pose of the shape's own frame: the centre of mass is at its local `center`.
+    pub fn shape_pose(&self, i: usize) -> Pose<S> {
+        let pose = self.motion.pose(i);
+        Pose::new(pose.position - pose.rotation.rotate(self.data[i].mass_properties.center), pose.rotation)
+    }
+    /// Sets velocities from momenta (p, L): v = p/m, w = I^-1 L. Obstacles are left alone.
+    pub fn set_momenta(&mut self, i: usize, momentum: S::Vector, spin_momentum: S::Spin) {
+        if self.is_dynamic(i) {
+            let inverse = self.inverse_mass(i);
+            self.motion.velocity[i] = momentum * inverse.linear;
+            self.motion.angular_velocity[i] = inverse.angular.apply(spin_momentum);
+        }
+    }
+
+    /// Adds a body.
+    ///
+    /// # Errors
+    /// [`BuildError`] naming body, field, value and remedy; nothing is added then.
+    pub fn add(&mut self, name: &str, spec: BodySpec<S>) -> Result<usize, BuildError> {
+        self.check_name(name)?;
+        check_spec(name, &spec)?;
+        let collider = match &spec.shape {
+            Some(shape) => Some(S::collider(shape).map_err(|e| BuildError::shape(name, e))?),
+            None => None,
+        };
+        let mass_properties = mass_of(name, &spec)?;
+        let dynamic = spec.kind == BodyKind::Dynamic;
+        let turns = dynamic && spec.can_rotate && mass_properties.inertia != S::Inertia::ZERO;
+        let inverse_inertia = if turns { mass_properties.inertia.inverse() } else { Some(S::Inertia::ZERO) };
+        let inverse_inertia = inverse_inertia.ok_or_else(|| {
+            BuildError::body(name, "inertia", "is singular in f64", "give a body with extent in every direction")
+        })?;
+        let (principal, axes) = S::principal(&mass_properties.inertia);
+        let rotation = spec.rotation.renormalized().expect("checked");
+        let center = if spec.position_is_origin { rotation.rotate(mass_properties.center) } else { S::Vector::ZERO };
+        self.serials += 1;
+        self.data.push(BodyData {
+            kind: spec.kind,
+            serial: self.serials,
+            inverse_mass: if dynamic { 1.0 / mass_properties.mass } else { 0.0 },
+            inverse_inertia,
+            principal,
+            axes,
+            extent: spec.shape.as_ref().map_or(0.0, S::extent),
+            mass_properties,
+            shape: spec.shape,
+            collider,
+            friction: spec.friction,
+            restitution: spec.restitution,
+            linear_damping: spec.linear_damping,
+            angular_damping: spec.angular_damping,
+            groups: spec.groups,
+            collides_with: spec.collides_with,
+        });
+        self.motion.position.push(spec.position + center);
+        self.motion.rotation.push(rotation);
+        self.motion.velocity.push(spec.velocity);
+        self.motion.angular_velocity.push(spec.angular_velocity);
+        self.index.insert(name.into(), self.names.len());
+        self.names.push(name.into());
+        Ok(self.names.len() - 1)
+    }
+
+    /// Removes a body; those after it move up by one.
+    ///
+    /// # Errors
+    /// [`BuildError`] when no body has this name.
+    pub fn remove(&mut self, name: &str) -> Result<(), BuildError> {
+        let i = self.find(name).ok_or_else(|| self.unknown(name))?;
+        self.data.remove(i);
+        self.names.remove(i);
+        self.motion.position.remove(i);
+        self.motion.rotation.remove(i);
+        self.motion.velocity.remove(i);
+        self.motion.angular_velocity.remove(i);
+        self.index = self.names.iter().cloned().enumerate().map(|(k, n)| (n, k)).collect();
+        Ok(())
+    }
+
+    /// The error for a name that no body has, with the nearest one that exists.
+    pub fn unknown(&self, name: &str) -> BuildError {
+        let near = self.names.iter().min_by_key(|n| edit_distance(n, name));
+        let remedy = near.map_or("the world has no bodies yet".into(), |n| format!("did you mean '{n}'?"));
+        BuildError::body(name, "name", "no such body", remedy)
+    }
+
+    /// Serial numbers given out so far; for snapshots.
+    pub(crate) fn serials(&self) -> u64 {
+        self.serials
+    }
+    /// Sets how many serial numbers are given out; for snapshots.
+    pub(crate) fn set_serials(&mut self, serials: u64) {
+        self.serials = serials;
+    }
+    /// Sets a body's serial number; for snapshots.
+    pub(crate) fn set_serial(&mut self, i: usize, serial: u64) {
+        self.data[i].serial = serial;
+    }
+
+    fn check_name(&self, name: &str) -> Result<(), BuildError> {
+        if name.is_empty() {
+            return Err(BuildError::body(name, "name", "is empty", "give each body a name"));
+        }
+        if self.index.contains_key(name) {
+            return Err(BuildError::body(name, "name", "is taken", "give each body a name of its own"));
+        }
+        Ok(())
+    }
+}
+
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// Mass properties of a new body, checked.
+fn mass_of<S: Geometry>(name: &str, spec: &BodySpec<S>) -> Result<MassProperties<S>, BuildError> {
+    let nothing = MassProperties { mass: 0.0, center: S::Vector::ZERO, inertia: S::Inertia::ZERO, error: 0.0 };
+    if spec.kind != BodyKind::Dynamic {
+        return Ok(nothing);
+    }
+    let refuse = |field: &str, value: f64, unit: &str| {
+        BuildError::body(name, field, format!("must be > 0, got {value}"), format!("give {field} in {unit}"))
+    };
+    let positive = |x: f64| x > 0.0 && x.is_finite();
+    match (&spec.mass, &spec.shape) {
+        (MassSource::Density(density), Some(shape)) => {
+            if !positive(*density) {
+                return Err(refuse("density", *density, "kg/m^3 (kg/m^2 in the plane)"));
+            }
+            S::mass_properties(shape, *density).map_err(|e| BuildError::shape(name, e))
+        }
+        (MassSource::Density(_), None) => {
+            Err(BuildError::body(name, "density", "given without a shape", "give a mass for a particle, or a shape"))
+        }
+        (MassSource::Mass(mass), _) if !positive(*mass) => Err(refuse("mass", *mass, "kg")),
+        (MassSource::Mass(mass), Some(shape)) if spec.can_rotate => {
+            Ok(S::mass_properties(shape, 1.0).map_err(|e| BuildError::shape(name, e))?.with_mass(*mass))
+        }
+        (MassSource::Mass(mass), _) => Ok(MassProperties { mass: *mass, ..nothing }),
+        (MassSource::Given(given), _) => {
+            if !positive(given.mass) {
+                return Err(refuse("mass", given.mass, "kg"));
+            }
+            if !given.center.is_finite() {
+                return Err(BuildError::body(name, "center_of_mass", "is not finite", "give finite numbers in m"));
+            }
+            if let Some(reason) = given.inertia.impossible_because().filter(|_| given.inertia != S::Inertia::ZERO) {
+                return Err(BuildError::body(name, "inertia", reason, "check its entries, axes and units (kg m^2)"));
+            }
+            Ok(*given)
+        }
+    }
+}
+
+/// Checks the numbers of a new body.
+fn check_spec<S: Geometry>(name: &str, spec: &BodySpec<S>) -> Result<(), BuildError> {
+    let finite = |field: &str, values: &[f64]| {
+        if values.iter().all(|x| x.is_finite()) {
+            return Ok(());
+        }
+        Err(BuildError::body(name, field, format!("must be finite, got {values:?}"), "give finite numbers"))
+    };
+    finite("position", spec.position.as_slice())?;
+    finite("rotation", spec.rotation.as_slice())?;
+    finite("velocity", spec.velocity.as_slice())?;
+    finite("angular_velocity", spec.angular_velocity.as_slice())?;
+    if spec.rotation.renormalized().is_none() {
+        return Err(BuildError::body(name, "rotation", "has length 0", "give an angle or a quaternion of length 1"));
+    }
+    for (field, value, most) in [
+        ("friction", spec.friction, f64::MAX),
+        ("restitution", spec.restitution, 1.0),
+        ("linear_damping", spec.linear_damping, f64::MAX),
+        ("angular_damping", spec.angular_damping, f64::MAX),
+    ] {
+        if !(value >= 0.0 && value <= most) {
+            let range = if most == 1.0 { "in [0, 1]" } else { "finite and >= 0" };
+            let remedy = format!("give a {field} {range}");
+            return Err(BuildError::body(name, field, format!("must be {range}, got {value}"), remedy));
+        }
+    }
+    let moves = spec.velocity != S::Vector::ZERO || spec.angular_velocity != S::Spin::ZERO;
+    if spec.kind == BodyKind::Fixed && moves {
+        let remedy = "make it kinematic, or leave the velocity out";
+        return Err(BuildError::body(name, "velocity", "given for a fixed body", remedy));
+    }
+    Ok(())
+}

@@ -1,0 +1,88 @@
+//! What can go wrong, each with the body, the field, the value and the remedy.
+
+use carom_geometry::ShapeError;
+use thiserror::Error;
+
+/// Wrong input, refused where it enters; the world is unchanged.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{}{field}: {problem}; {remedy}", body.as_ref().map(|b| format!("body '{b}': ")).unwrap_or_default())]
+pub struct BuildError {
+    /// Name of the body meant, if one is.
+    pub body: Option<String>,
+    /// Field of the body or setting of the world.
+    pub field: String,
+    /// What is wrong, with the value.
+    pub problem: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+impl BuildError {
+    /// An error about a field of a body.
+    pub fn body(body: &str, field: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        BuildError { body: Some(body.into()), field: field.into(), problem: problem.into(), remedy: remedy.into() }
+    }
+    /// An error about a setting of the world.
+    pub fn setting(field: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        BuildError { body: None, field: field.into(), problem: problem.into(), remedy: remedy.into() }
+    }
+    /// The error of a shape as one of the body that has it.
+    pub fn shape(body: &str, e: ShapeError) -> Self {
+        BuildError { body: Some(body.into()), field: format!("shape.{}", e.field), problem: e.problem, remedy: e.remedy }
+    }
+}
+
+/// A step that could not be taken; the world is exactly as it was before it.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum StepError {
+    /// A number of a body is not finite.
+    #[error("step at t = {time} s: body '{body}': {field} is not finite ({value}) {stage}; {remedy}")]
+    NotFinite {
+        /// Name of the body.
+        body: String,
+        /// Which of its numbers.
+        field: &'static str,
+        /// The offending value.
+        value: String,
+        /// When it was found: before the step, or what made it.
+        stage: &'static str,
+        /// What to do about it.
+        remedy: String,
+        /// Time of the world \[s\].
+        time: f64,
+    },
+    /// An argument of the step is impossible.
+    #[error("step: {field}: {problem}; {remedy}")]
+    Argument {
+        /// The argument.
+        field: &'static str,
+        /// What is wrong, with the value.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
+    /// The chosen solver cannot solve this step's contact problem.
+    #[error("step at t = {time} s: solver '{solver}' refused the {phase} problem of {contacts} contacts: {reason}; choose solver pgs, or lemke for small planar problems")]
+    SolverRefused {
+        /// Name of the solver.
+        solver: &'static str,
+        /// "impact" or "contact".
+        phase: &'static str,
+        /// Number of contacts.
+        contacts: usize,
+        /// Why.
+        reason: String,
+        /// Time of the world \[s\].
+        time: f64,
+    },
+    /// A user's force field failed.
+    #[error("step at t = {time} s: force field '{field}': {problem}")]
+    ForceField {
+        /// Name of the field.
+        field: String,
+        /// What went wrong.
+        problem: String,
+        /// Time of the world \[s\].
+        time: f64,
+    },
+}

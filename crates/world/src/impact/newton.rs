@@ -1,0 +1,15 @@
+//! Newton's law at all contacts at once: u_n+ >= target with target = -e u_n-, gamma >= 0, complementary, found
+//! by the chosen solver (theory chapter 4). Symmetric; a blow is shared among all touching bodies.
+
+use carom_math::Space;
+use carom_solver::{ContactProblem, ImpulseSolver, Impulses, Outcome, SolveSettings};
+
+/// Solves the impact problem as it stands.
+pub fn solve<S: Space>(
+    problem: &ContactProblem<S>,
+    settings: &SolveSettings,
+    solver: &mut dyn ImpulseSolver<S>,
+    impulses: &mut Impulses<S>,
+) -> Outcome {
+    solver.solve(problem, settings, impulses)
+}

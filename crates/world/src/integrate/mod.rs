@@ -1,0 +1,180 @@
+//! Free motion, by name. Every integrator is drift - kick - drift: it moves the poses before and after the
+//! kick in which loads and contacts change the velocities (theory chapter 2), so that contacts work with each
+//! of them. `end_share` is the share of the end velocity in the step's displacement:
+//! x1 = x0 + h ((1 - end_share) v0 + end_share v1). Knows no contacts.
+
+mod midpoint;
+mod rk4;
+mod splitting;
+
+use crate::bodies::Bodies;
+use crate::error::StepError;
+use crate::force::Wrench;
+use carom_geometry::Geometry;
+use carom_math::{Column, Inertia, Rotation};
+use carom_solver::Twist;
+use serde::{Deserialize, Serialize};
+
+pub use midpoint::midpoint_rotation;
+pub use splitting::split_rotation;
+
+/// The integrators.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Integrator {
+    /// The notes' form: poses with the old velocities, rotation renormalised. Order 1; gains energy.
+    ExplicitEuler,
+    /// Velocities first, poses with the new ones. Order 1.
+    SemiImplicitEuler,
+    /// Poses with the mean velocity, rotation by splitting: order 2, no energy error under uniform gravity,
+    /// bounded energy error of rotation, angular momentum exact.
+    #[default]
+    Trapezoid,
+    /// Poses with the mean velocity, rotation by the implicit midpoint rule in body axes: energy of rotation exact.
+    ImplicitMidpoint,
+    /// Runge and Kutta's method of order 4; not conservative.
+    Rk4,
+}
+
+/// Gives the applied wrenches on all bodies for their present motion at a time.
+pub type Loads<'a, S> = dyn FnMut(f64, &Bodies<S>, &mut Vec<Wrench<S>>) -> Result<(), StepError> + 'a;
+
+/// What an integrator's drift before the kick did to the energy besides moving freely.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DriftWork {
+    /// Work of gravity \[J\].
+    pub gravity: f64,
+    /// Work of applied loads \[J\].
+    pub applied: f64,
+}
+
+/// What acts on the bodies during a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<S: Geometry> {
+    /// Time at the step's start \[s\].
+    pub time: f64,
+    /// Length of the step \[s\].
+    pub dt: f64,
+    /// Acceleration of gravity \[m/s^2\].
+    pub gravity: S::Vector,
+}
+
+impl Integrator {
+    /// All integrators.
+    pub const ALL: [Integrator; 5] = [
+        Integrator::ExplicitEuler,
+        Integrator::SemiImplicitEuler,
+        Integrator::Trapezoid,
+        Integrator::ImplicitMidpoint,
+        Integrator::Rk4,
+    ];
+    /// Share of the end velocity in the step's displacement \[1\].
+    pub fn end_share(self) -> f64 {
+        match self {
+            Integrator::ExplicitEuler => 0.0,
+            Integrator::SemiImplicitEuler => 1.0,
+            _ => 0.5,
+        }
+    }
+    /// Moves the poses to where the kick acts.
+    ///
+    /// # Errors
+    /// What the loads return.
+    pub fn before_kick<S: Geometry>(
+        self,
+        bodies: &mut Bodies<S>,
+        step: &Step<S>,
+        loads: &mut Loads<S>,
+    ) -> Result<DriftWork, StepError> {
+        match self {
+            Integrator::ExplicitEuler | Integrator::SemiImplicitEuler => {}
+            Integrator::Trapezoid => drift(bodies, 0.5 * step.dt, split_rotation),
+            Integrator::ImplicitMidpoint => drift(bodies, 0.5 * step.dt, midpoint_rotation),
+            Integrator::Rk4 => return rk4::advance(bodies, step, loads),
+        }
+        Ok(DriftWork::default())
+    }
+    /// Velocity changes by gravity and loads over the step, written to `impulses` as momenta (h f, h tau).
+    ///
+    /// # Errors
+    /// What the loads return.
+    pub fn load_impulses<S: Geometry>(
+        self,
+        bodies: &mut Bodies<S>,
+        step: &Step<S>,
+        loads: &mut Loads<S>,
+        wrenches: &mut Vec<Wrench<S>>,
+    ) -> Result<(), StepError> {
+        match self {
+            Integrator::Rk4 => {
+                wrenches.clear();
+                wrenches.resize(bodies.len(), Wrench::default());
+                Ok(())
+            }
+            Integrator::ImplicitMidpoint => midpoint::mean_loads(bodies, step, loads, wrenches),
+            _ => loads(step.time + step.dt * self.end_share().min(0.5), bodies, wrenches),
+        }
+    }
+    /// True when gravity acts in the kick; false when the drift has it already.
+    pub fn kicks_with_gravity(self) -> bool {
+        self != Integrator::Rk4
+    }
+    /// The gyroscopic change of angular velocity that Euler's forms apply explicitly,
+    /// -h I^-1 (w x I w); zero where the rotation keeps the angular momentum itself.
+    pub fn gyroscopic_change<S: Geometry>(self, bodies: &Bodies<S>, i: usize, h: f64) -> S::Spin {
+        match self {
+            Integrator::ExplicitEuler | Integrator::SemiImplicitEuler => {
+                let w = bodies.motion.angular_velocity[i];
+                bodies.inverse_mass(i).angular.apply(S::spin_cross(w, bodies.spin_momentum(i))) * -h
+            }
+            _ => S::Spin::ZERO,
+        }
+    }
+    /// Moves the poses to the end of the step. `start` holds the velocities before the step's kick,
+    /// `free` those after loads and before contact impulses.
+    pub fn after_kick<S: Geometry>(self, bodies: &mut Bodies<S>, start: &[Twist<S>], free: &[Twist<S>], h: f64) {
+        match self {
+            Integrator::ExplicitEuler => euler_drift(bodies, h, |bodies, i| {
+                if bodies.is_dynamic(i) { start[i] } else { bodies.motion.twist(i) }
+            }),
+            Integrator::SemiImplicitEuler => euler_drift(bodies, h, |bodies, i| bodies.motion.twist(i)),
+            Integrator::Trapezoid => drift(bodies, 0.5 * h, split_rotation),
+            Integrator::ImplicitMidpoint => drift(bodies, 0.5 * h, midpoint_rotation),
+            Integrator::Rk4 => rk4::displace(bodies, free, h),
+        }
+    }
+}
+
+/// x + h v and a rotation method for torque-free motion, for every body that can move.
+fn drift<S: Geometry>(bodies: &mut Bodies<S>, h: f64, rotate: fn(&mut Bodies<S>, usize, f64)) {
+    for i in 0..bodies.len() {
+        let v = bodies.motion.velocity[i];
+        bodies.motion.position[i] += v * h;
+        if bodies.motion.angular_velocity[i] != S::Spin::ZERO {
+            if turns_steadily(bodies, i) {
+                let w = bodies.motion.angular_velocity[i];
+                let turn = S::Rotation::about(w * h);
+                bodies.motion.rotation[i] = bodies.motion.rotation[i].then(&turn);
+            } else {
+                rotate(bodies, i, h);
+            }
+        }
+    }
+}
+
+/// True when torque-free motion keeps the angular velocity: obstacles, particles, equal principal moments.
+fn turns_steadily<S: Geometry>(bodies: &Bodies<S>, i: usize) -> bool {
+    let d = &bodies.data[i];
+    let p = d.principal.as_slice();
+    !bodies.is_dynamic(i) || d.inverse_inertia == S::Inertia::ZERO || p.iter().all(|x| *x == p[0])
+}
+
+fn euler_drift<S: Geometry>(bodies: &mut Bodies<S>, h: f64, twist: impl Fn(&Bodies<S>, usize) -> Twist<S>) {
+    for i in 0..bodies.len() {
+        let t = twist(bodies, i);
+        bodies.motion.position[i] += t.linear * h;
+        if t.angular != S::Spin::ZERO {
+            bodies.motion.rotation[i] = bodies.motion.rotation[i].euler_step(t.angular, h);
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! carom: rigid bodies in the plane and in space, in f64, that certify what they compute.
+//!
+//! A [`World`] holds bodies and settings and takes steps; every step reports the residual of its contact
+//! solves, where its energy went, and whether the books close. `World2` and `World3` are the two doors.
+
+pub mod assembly;
+pub mod bodies;
+pub mod body;
+pub mod correction;
+pub mod error;
+pub mod force;
+pub mod impact;
+pub mod integrate;
+pub mod material;
+pub mod narrow_phase;
+pub mod observe;
+pub mod settings;
+pub mod snapshot;
+pub mod stepping;
+pub mod warm_start;
+pub mod world;
+
+pub use bodies::{Bodies, BodyData, Motion};
+pub use body::{BodyKind, BodySpec, MassSource};
+pub use carom_geometry::{
+    self as geometry, Geometry, MassProperties, PlanarPart, PlanarShape, ShapeError, SpatialPart, SpatialShape,
+};
+pub use carom_math::{
+    self as math, Column, Inertia, Moment, Planar, Pose, Quaternion, Rotation, Space, Spatial, Sym3, Turn, Vec1, Vec2,
+    Vec3, vec1, vec2, vec3,
+};
+pub use carom_solver::{
+    self as solver, Contact, ContactProblem, FrictionLaw, ImpulseSolver, Impulses, Outcome, SolveSettings, SolverKind,
+    Stop, Twist,
+};
+pub use error::{BuildError, StepError};
+pub use force::{ForceField, Wrench};
+pub use integrate::Integrator;
+pub use material::Mixing;
+pub use narrow_phase::Touch;
+pub use observe::energy::{Energy, Momenta};
+pub use observe::ledger::Ledger;
+pub use observe::report::{SolveReport, StepReport};
+pub use settings::{ImpactLaw, PositionCorrection, Scheme, Settings};
+pub use world::{World, World2, World3};

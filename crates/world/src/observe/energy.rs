@@ -1,0 +1,60 @@
+//! Energies and momenta of all bodies that can move (theory chapter 1, items 9-10). Obstacles do not count.
+
+use crate::bodies::Bodies;
+use carom_geometry::Geometry;
+use carom_math::{Column, Space};
+use serde::{Deserialize, Serialize};
+
+/// Energy in its parts \[J\].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energy {
+    /// 1/2 m v^2.
+    pub translational: f64,
+    /// 1/2 w^T I w.
+    pub rotational: f64,
+    /// -m g.x, zero at the world's origin.
+    pub potential: f64,
+}
+
+impl Energy {
+    /// Sum over all bodies that can move, in order of index.
+    pub fn of<S: Geometry>(bodies: &Bodies<S>, gravity: S::Vector) -> Self {
+        let mut e = Energy::default();
+        for i in (0..bodies.len()).filter(|&i| bodies.is_dynamic(i)) {
+            e.translational += bodies.translational_energy(i);
+            e.rotational += bodies.rotational_energy(i);
+            e.potential -= bodies.data[i].mass_properties.mass * gravity.dot(bodies.motion.position[i]);
+        }
+        e
+    }
+    /// Kinetic energy \[J\].
+    pub fn kinetic(&self) -> f64 {
+        self.translational + self.rotational
+    }
+    /// Kinetic and potential energy \[J\].
+    pub fn total(&self) -> f64 {
+        self.kinetic() + self.potential
+    }
+}
+
+/// Momentum and angular momentum about the world's origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Momenta<S: Space> {
+    /// Sum of m v \[kg m/s\].
+    pub linear: S::Vector,
+    /// Sum of x x p + I w \[kg m^2/s\].
+    pub angular: S::Spin,
+}
+
+impl<S: Geometry> Momenta<S> {
+    /// Sum over all bodies that can move.
+    pub fn of(bodies: &Bodies<S>) -> Self {
+        let mut m = Momenta { linear: S::Vector::ZERO, angular: S::Spin::ZERO };
+        for i in (0..bodies.len()).filter(|&i| bodies.is_dynamic(i)) {
+            m.linear += bodies.momentum(i);
+            m.angular += bodies.angular_momentum(i);
+        }
+        m
+    }
+}

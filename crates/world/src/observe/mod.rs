@@ -1,0 +1,5 @@
+//! What is known of a step after it: energies, momenta, the ledger, the report.
+
+pub mod energy;
+pub mod ledger;
+pub mod report;

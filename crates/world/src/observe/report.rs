@@ -1,0 +1,90 @@
+//! What a step tells of itself.
+
+use crate::observe::energy::{Energy, Momenta};
+use crate::observe::ledger::Ledger;
+use carom_math::Space;
+use carom_solver::{Outcome, Stop};
+use serde::{Deserialize, Serialize};
+
+/// One solve of a step, with its worst contact named by bodies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SolveReport {
+    /// Contacts in the problem.
+    pub contacts: usize,
+    /// Iterations spent.
+    pub iterations: usize,
+    /// Natural-map residual \[m/s\].
+    pub residual: f64,
+    /// The residual divided by the largest velocity the impulses had to change \[1\].
+    pub relative_residual: f64,
+    /// Bodies of the worst contact, by index.
+    pub worst: Option<(usize, usize)>,
+    /// Why the solver stopped.
+    pub stop: Stop,
+}
+
+impl SolveReport {
+    /// A report from a solver's outcome and the bodies of its worst entry.
+    pub fn new(outcome: Outcome, contacts: usize, worst: Option<(usize, usize)>) -> Self {
+        SolveReport {
+            contacts,
+            iterations: outcome.iterations,
+            residual: outcome.residual.absolute,
+            relative_residual: outcome.residual.relative,
+            worst,
+            stop: outcome.stop,
+        }
+    }
+}
+
+/// Report of one step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct StepReport<S: Space> {
+    /// Number of the step, from 1.
+    pub step: u64,
+    /// Time after the step \[s\].
+    pub time: f64,
+    /// Length of the step \[s\].
+    pub dt: f64,
+    /// Contacts found at the step's start, speculative ones included.
+    pub contacts: usize,
+    /// The solve of the persistent contacts; `None` when there were none.
+    pub contact_solve: Option<SolveReport>,
+    /// The solve of the impacts; `None` when nothing approached.
+    pub impact_solve: Option<SolveReport>,
+    /// Smallest gap at the step's start \[m\], negative for overlap, and its bodies by index.
+    pub deepest: Option<(f64, usize, usize)>,
+    /// Energy after the step.
+    pub energy: Energy,
+    /// Momenta after the step.
+    pub momenta: Momenta<S>,
+    /// Where the step's energy went.
+    pub ledger: Ledger,
+}
+
+impl<S: Space> StepReport<S> {
+    fn solves(&self) -> impl Iterator<Item = &SolveReport> {
+        self.contact_solve.iter().chain(&self.impact_solve)
+    }
+    /// Worse residual of the step's solves \[m/s\].
+    pub fn residual(&self) -> f64 {
+        self.solves().map(|s| s.residual).fold(0.0, f64::max)
+    }
+    /// Worse relative residual of the step's solves \[1\].
+    pub fn relative_residual(&self) -> f64 {
+        self.solves().map(|s| s.relative_residual).fold(0.0, f64::max)
+    }
+    /// Bodies of the worst contact over the step's solves, by index.
+    pub fn worst(&self) -> Option<(usize, usize)> {
+        self.solves().max_by(|a, b| a.residual.total_cmp(&b.residual)).and_then(|s| s.worst)
+    }
+    /// Iterations of all solves of the step.
+    pub fn iterations(&self) -> usize {
+        self.solves().map(|s| s.iterations).sum()
+    }
+    /// True when every solve reached its tolerance.
+    pub fn converged(&self) -> bool {
+        self.solves().all(|s| s.stop == Stop::Converged)
+    }
+}

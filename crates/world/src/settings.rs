@@ -1,0 +1,143 @@
+//! The choices of a run, each a named field with unit, reason and default. Impact law, friction law,
+//! solver, integrator and position correction are separate choices.
+
+use crate::error::BuildError;
+use crate::integrate::Integrator;
+use crate::material::Mixing;
+use carom_math::{Column, Space};
+use carom_solver::{FrictionLaw, SolverKind};
+use serde::{Deserialize, Serialize};
+
+/// The time-stepping schemes; a scheme owns its loop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scheme {
+    /// Steps of a fixed length; impacts at the step's start, contact forces during it.
+    #[default]
+    FixedStep,
+}
+
+/// The impact laws: what a set of simultaneous collisions does to the velocities.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ImpactLaw {
+    /// Newton's restitution at all contacts simultaneously: symmetric; shares a blow among all touching bodies.
+    #[default]
+    Newton,
+    /// One collision after another in a fixed order: passes a blow on; not symmetric.
+    Sequential,
+}
+
+/// What is done about overlap.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PositionCorrection {
+    /// Nothing.
+    None,
+    /// The notes' nudge: each overlapping pair is moved apart by a fraction of its overlap, lighter body more.
+    Nudge,
+    /// A pseudo-velocity that closes a fraction of the overlap, solved like a contact problem, moves the poses
+    /// and is forgotten: kinetic energy stays.
+    #[default]
+    SplitImpulse,
+}
+
+/// All settings of a world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, bound = "")]
+pub struct Settings<S: Space> {
+    /// Acceleration of uniform gravity \[m/s^2\]. Default 9.81 downwards along the last axis.
+    pub gravity: S::Vector,
+    /// Length of a step \[s\]. Default 1/240.
+    pub dt: f64,
+    /// How free motion is integrated.
+    pub integrator: Integrator,
+    /// The time-stepping scheme.
+    pub scheme: Scheme,
+    /// The solver of contact problems.
+    pub solver: SolverKind,
+    /// Most iterations per solve \[1\]. Default 100.
+    pub iterations: usize,
+    /// Stop when the residual is at or below this \[m/s\]. Default 1e-6; 0 spends all iterations.
+    pub tolerance: f64,
+    /// Start each solve from the impulses of the step before. Default true.
+    pub warm_start: bool,
+    /// How friction is limited.
+    pub friction_law: FrictionLaw,
+    /// The impact law.
+    pub impact: ImpactLaw,
+    /// Impacts slower than this times |g| dt do not bounce \[1\]. Default 2: a resting body gains g dt in a step,
+    /// so anything slower cannot be told from rest.
+    pub rest_speed_factor: f64,
+    /// What is done about overlap.
+    pub position_correction: PositionCorrection,
+    /// Share of the overlap that a step corrects \[1\]. Default 0.2.
+    pub correction_fraction: f64,
+    /// Overlap that is left alone \[m\]; `None`: 1e-5 of the smallest body.
+    pub correction_slop: Option<f64>,
+    /// Gap up to which contacts are looked for \[m\]; `None`: what a step at the pair's speed can close, at
+    /// least 1e-3 of the smaller body.
+    pub contact_margin: Option<f64>,
+    /// Mixing of the bodies' friction coefficients. Default geometric.
+    pub friction_mixing: Mixing,
+    /// Mixing of the bodies' coefficients of restitution. Default max.
+    pub restitution_mixing: Mixing,
+}
+
+impl<S: Space> Default for Settings<S> {
+    fn default() -> Self {
+        Settings {
+            gravity: S::Vector::from_fn(|k| if k + 1 == S::DIM { -9.81 } else { 0.0 }),
+            dt: 1.0 / 240.0,
+            integrator: Integrator::default(),
+            scheme: Scheme::default(),
+            solver: SolverKind::default(),
+            iterations: 100,
+            tolerance: 1e-6,
+            warm_start: true,
+            friction_law: FrictionLaw::default(),
+            impact: ImpactLaw::default(),
+            rest_speed_factor: 2.0,
+            position_correction: PositionCorrection::default(),
+            correction_fraction: 0.2,
+            correction_slop: None,
+            contact_margin: None,
+            friction_mixing: Mixing::Geometric,
+            restitution_mixing: Mixing::Max,
+        }
+    }
+}
+
+impl<S: Space> Settings<S> {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`BuildError`] naming the first setting that is out of range.
+    pub fn check(&self) -> Result<(), BuildError> {
+        if !self.gravity.is_finite() {
+            let problem = format!("got {:?}", self.gravity.as_slice());
+            return Err(BuildError::setting("gravity", problem, "give finite numbers in m/s^2"));
+        }
+        if !(self.dt > 0.0 && self.dt.is_finite()) {
+            return Err(BuildError::setting("dt", format!("must be > 0, got {}", self.dt), "give a step length in s"));
+        }
+        if self.iterations == 0 || self.iterations > 100_000_000 {
+            let problem = format!("must be in 1 to 100,000,000, got {}", self.iterations);
+            return Err(BuildError::setting("iterations", problem, "give the most iterations that a solve may spend"));
+        }
+        let at_least_zero = [
+            ("tolerance", Some(self.tolerance), f64::MAX),
+            ("rest_speed_factor", Some(self.rest_speed_factor), f64::MAX),
+            ("correction_fraction", Some(self.correction_fraction), 1.0),
+            ("correction_slop", self.correction_slop, f64::MAX),
+            ("contact_margin", self.contact_margin, f64::MAX),
+        ];
+        for (field, value, most) in at_least_zero {
+            if let Some(x) = value.filter(|x| !(*x >= 0.0 && *x <= most)) {
+                let range = if most == 1.0 { "between 0 and 1" } else { "finite and >= 0" };
+                return Err(BuildError::setting(field, format!("must be {range}, got {x}"), "see the setting's unit"));
+            }
+        }
+        Ok(())
+    }
+}

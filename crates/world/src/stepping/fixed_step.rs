@@ -1,0 +1,325 @@
+//! Steps of a fixed length (theory chapter 6). At the step's start approaching contacts get their impact, on
+//! the velocities before gravity; then drift - kick - drift with the persistent contacts in the kick:
+//! gap + h ((1-s) u_n- + s u_n+) >= 0 on the displacement that the integrator makes of them (s its end share,
+//! 1/2: the mean velocity), friction against the slip at the end. Overlap is corrected last, and booked.
+//! What it does not do: find the time of an impact. A bouncing body overlaps by up to h |u_n| first.
+
+use crate::assembly;
+use crate::bodies::Bodies;
+use crate::correction::{Correction, Overlap};
+use crate::error::StepError;
+use crate::force::Wrench;
+use crate::impact::{Impacts, Role, Thresholds};
+use crate::integrate::{DriftWork, Integrator, Loads, Step};
+use crate::narrow_phase::{Touch, smallest_extent};
+use crate::observe::energy::Energy;
+use crate::observe::ledger::Ledger;
+use crate::observe::report::SolveReport;
+use crate::settings::Settings;
+use crate::warm_start::WarmStart;
+use carom_geometry::Geometry;
+use carom_math::{Column, Inertia};
+use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolveSettings, SolverKind, Stop, Twist};
+
+/// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
+pub struct FixedStep<S: Geometry> {
+    solver: Option<(SolverKind, Box<dyn ImpulseSolver<S>>)>,
+    impacts: Impacts<S>,
+    correction: Correction<S>,
+    /// The contact problem of the last step.
+    pub problem: ContactProblem<S>,
+    /// Its impulses.
+    pub impulses: Impulses<S>,
+    /// Index into the step's touches of each contact of the problem.
+    pub pressed: Vec<usize>,
+    start: Vec<Twist<S>>,
+    free: Vec<Twist<S>>,
+    after: Vec<Twist<S>>,
+    origin: Vec<S::Vector>,
+    wrenches: Vec<Wrench<S>>,
+    overlaps: Vec<Overlap<S>>,
+}
+
+impl<S: Geometry> Default for FixedStep<S> {
+    fn default() -> Self {
+        let problem = ContactProblem::new(Vec::new(), Vec::new());
+        FixedStep {
+            solver: None,
+            impacts: Impacts::default(),
+            correction: Correction::default(),
+            impulses: Impulses::zero(&problem),
+            problem,
+            pressed: Vec::new(),
+            start: Vec::new(),
+            free: Vec::new(),
+            after: Vec::new(),
+            origin: Vec::new(),
+            wrenches: Vec::new(),
+            overlaps: Vec::new(),
+        }
+    }
+}
+
+/// What the scheme tells of a step.
+#[derive(Clone, Debug, Default)]
+pub struct SchemeReport {
+    /// The persistent contacts' solve.
+    pub contact_solve: Option<SolveReport>,
+    /// The impacts' solve.
+    pub impact_solve: Option<SolveReport>,
+    /// The step's lines.
+    pub ledger: Ledger,
+}
+
+/// The speeds and lengths of a step.
+pub fn thresholds<S: Geometry>(settings: &Settings<S>, bodies: &Bodies<S>, dt: f64) -> Thresholds {
+    let speed = settings.gravity.norm() * dt;
+    Thresholds {
+        rest_speed: settings.rest_speed_factor * speed,
+        still_speed: settings.tolerance.max(1e-12 * speed),
+        touching: 1e-9 * smallest_extent(bodies).unwrap_or(0.0),
+        dt,
+    }
+}
+
+impl<S: Geometry> FixedStep<S> {
+    /// Advances all bodies by one step.
+    ///
+    /// # Errors
+    /// A refused solve or a failed load; the caller restores the bodies then.
+    pub fn advance(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        touches: &[Touch<S>],
+        settings: &Settings<S>,
+        step: &Step<S>,
+        loads: &mut Loads<S>,
+        warm: &mut WarmStart<S>,
+    ) -> Result<SchemeReport, StepError> {
+        let mut report = SchemeReport::default();
+        let limits = thresholds(settings, bodies, step.dt);
+        self.choose_solver(settings.solver);
+
+        report.impact_solve = self.impact(bodies, touches, settings, &limits, &mut report.ledger);
+        refused(&report.impact_solve, settings.solver, "impact", step.time)?;
+        damp(bodies, 0.5 * step.dt, &mut report.ledger);
+        self.drift_to_kick(bodies, settings.integrator, step, loads, &mut report.ledger)?;
+        self.load(bodies, settings.integrator, step, loads, &mut report.ledger)?;
+        self.assemble(bodies, touches, settings, &limits);
+        report.contact_solve = self.solve(settings, warm, step.dt);
+        refused(&report.contact_solve, settings.solver, "contact", step.time)?;
+        self.kick(bodies, settings.integrator, step, &mut report.ledger);
+        self.drift_from_kick(bodies, settings.integrator, step, &mut report.ledger);
+        damp(bodies, 0.5 * step.dt, &mut report.ledger);
+        self.correct(bodies, touches, settings, step, &mut report.ledger);
+        warm.store(&self.problem, &self.impulses, step.dt);
+        Ok(report)
+    }
+
+    fn choose_solver(&mut self, kind: SolverKind) {
+        if self.solver.as_ref().is_none_or(|(k, _)| *k != kind) {
+            self.solver = Some((kind, kind.make()));
+        }
+    }
+
+    fn impact(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        touches: &[Touch<S>],
+        settings: &Settings<S>,
+        limits: &Thresholds,
+        ledger: &mut Ledger,
+    ) -> Option<SolveReport> {
+        let (_, solver) = self.solver.as_mut()?;
+        self.impacts.resolve(bodies, touches, settings, limits, solver.as_mut(), ledger)
+    }
+
+    /// First drift; what it does to the energy besides work is the integrator's line.
+    fn drift_to_kick(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        integrator: Integrator,
+        step: &Step<S>,
+        loads: &mut Loads<S>,
+        ledger: &mut Ledger,
+    ) -> Result<(), StepError> {
+        self.start.clear();
+        self.start.extend((0..bodies.len()).map(|i| bodies.motion.twist(i)));
+        self.origin.clone_from(&bodies.motion.position);
+        let before = Energy::of(bodies, step.gravity);
+        let DriftWork { gravity, applied } = integrator.before_kick(bodies, step, loads)?;
+        let after = Energy::of(bodies, step.gravity);
+        ledger.gravity += gravity;
+        ledger.applied += applied;
+        ledger.integrator += after.total() - before.total() - applied;
+        Ok(())
+    }
+
+    /// Velocities after gravity, loads and Euler's gyroscopic term, before contact impulses: `free`.
+    fn load(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        integrator: Integrator,
+        step: &Step<S>,
+        loads: &mut Loads<S>,
+        ledger: &mut Ledger,
+    ) -> Result<(), StepError> {
+        integrator.load_impulses(bodies, step, loads, &mut self.wrenches)?;
+        let gravity = if integrator.kicks_with_gravity() { step.gravity } else { S::Vector::ZERO };
+        self.free.clear();
+        for i in 0..bodies.len() {
+            let mut v = bodies.motion.twist(i);
+            if bodies.is_dynamic(i) {
+                let gyro = integrator.gyroscopic_change(bodies, i, step.dt);
+                if gyro != S::Spin::ZERO {
+                    let before = bodies.rotational_energy(i);
+                    v.angular += gyro;
+                    bodies.motion.angular_velocity[i] = v.angular;
+                    ledger.integrator += bodies.rotational_energy(i) - before;
+                }
+                let inverse = bodies.inverse_mass(i);
+                let w = &self.wrenches[i];
+                v.linear += (gravity + w.force * inverse.linear) * step.dt;
+                v.angular += inverse.angular.apply(w.torque) * step.dt;
+            }
+            self.free.push(v);
+        }
+        Ok(())
+    }
+
+    /// The contact problem of the kick.
+    fn assemble(&mut self, bodies: &Bodies<S>, touches: &[Touch<S>], settings: &Settings<S>, limits: &Thresholds) {
+        assembly::begin(&mut self.problem, bodies, settings.friction_law);
+        self.problem.velocities.clone_from(&self.free);
+        self.pressed.clear();
+        let end_share = settings.integrator.end_share();
+        for (k, t) in touches.iter().enumerate() {
+            let moved = |i: usize| bodies.motion.position[i] - self.origin[i];
+            let mut contact = assembly::contact(bodies, t, 0.0, &moved);
+            let (before, _) = contact.relative_velocity(&self.start);
+            if limits.role(t.gap, before, t.restitution) != Role::Holds {
+                continue;
+            }
+            contact.target = held_velocity(t.gap.max(0.0) / limits.dt, before, end_share);
+            self.problem.contacts.push(contact);
+            self.pressed.push(k);
+        }
+    }
+
+    fn solve(&mut self, settings: &Settings<S>, warm: &WarmStart<S>, dt: f64) -> Option<SolveReport> {
+        self.impulses.reset(&self.problem);
+        if self.problem.contacts.is_empty() {
+            return None;
+        }
+        if settings.warm_start {
+            warm.load(&self.problem, dt, &mut self.impulses);
+        }
+        let (_, solver) = self.solver.as_mut()?;
+        let solve = SolveSettings { iterations: settings.iterations, tolerance: settings.tolerance };
+        let outcome = solver.solve(&self.problem, &solve, &mut self.impulses);
+        let worst = assembly::bodies_of(&self.problem, outcome.residual.worst);
+        Some(SolveReport::new(outcome, self.problem.contacts.len(), worst))
+    }
+
+    /// Applies loads and contact impulses to the bodies and books their work by the kick identity.
+    fn kick(&mut self, bodies: &mut Bodies<S>, integrator: Integrator, step: &Step<S>, ledger: &mut Ledger) {
+        self.after.clone_from(&self.free);
+        self.problem.apply(&self.impulses, &mut self.after);
+        let before: Vec<Twist<S>> = (0..bodies.len()).map(|i| bodies.motion.twist(i)).collect();
+        for i in (0..bodies.len()).filter(|&i| bodies.is_dynamic(i)) {
+            let mean = (before[i].linear + self.after[i].linear) * (0.5 * step.dt);
+            let turn = (before[i].angular + self.after[i].angular) * (0.5 * step.dt);
+            if integrator.kicks_with_gravity() {
+                ledger.gravity += bodies.data[i].mass_properties.mass * step.gravity.dot(mean);
+            }
+            let w = &self.wrenches[i];
+            ledger.applied += w.force.dot(mean);
+            if bodies.data[i].inverse_inertia != S::Inertia::ZERO {
+                ledger.applied += w.torque.dot(turn);
+            }
+        }
+        let (mut normal, mut friction) = (0.0, 0.0);
+        let book = |_: usize, n: f64, t: f64| {
+            normal += n;
+            friction += t;
+        };
+        assembly::contact_work(bodies, &self.problem, &self.impulses, &before, &self.after, book, ledger);
+        ledger.contact_normal += normal;
+        ledger.friction += friction;
+        assembly::write_back(bodies, &self.after);
+    }
+
+    /// Second drift. Translation's part of the integrator's line is the potential energy that was paid over the
+    /// whole displacement against the work that gravity did in the kick.
+    fn drift_from_kick(&mut self, bodies: &mut Bodies<S>, integrator: Integrator, step: &Step<S>, ledger: &mut Ledger) {
+        let before = Energy::of(bodies, step.gravity);
+        integrator.after_kick(bodies, &self.start, &self.free, step.dt);
+        let after = Energy::of(bodies, step.gravity);
+        let kicked = if integrator.kicks_with_gravity() { ledger.gravity } else { 0.0 };
+        ledger.integrator += after.total() - before.total() + kicked;
+    }
+
+    fn correct(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        touches: &[Touch<S>],
+        settings: &Settings<S>,
+        step: &Step<S>,
+        ledger: &mut Ledger,
+    ) {
+        let slop = settings.correction_slop.unwrap_or_else(|| 1e-5 * smallest_extent(bodies).unwrap_or(0.0));
+        let share = settings.integrator.end_share();
+        self.overlaps.clear();
+        for (c, &k) in self.problem.contacts.iter().zip(&self.pressed) {
+            let (start, _) = c.relative_velocity(&self.start);
+            let (end, _) = c.relative_velocity(&self.after);
+            let gap = touches[k].gap + step.dt * ((1.0 - share) * start + share * end);
+            self.overlaps.push(Overlap { touch: touches[k], gap });
+        }
+        let before = Energy::of(bodies, step.gravity);
+        if self.correction.apply(bodies, &self.overlaps, settings, slop, step.dt) {
+            ledger.projection += Energy::of(bodies, step.gravity).total() - before.total();
+        }
+    }
+
+}
+
+/// End velocity that closes a gap exactly at the step's end, given the velocity before and the integrator's
+/// share: (1-s) u- + s u+ = -gap/h. Never a push: a contact that still approaches, because its impact was
+/// solved inexactly, is stopped and not thrown back.
+fn held_velocity(closing: f64, before: f64, end_share: f64) -> f64 {
+    if end_share == 0.0 {
+        // the displacement is already made: hold the next one
+        return -closing;
+    }
+    let exact = (-closing - (1.0 - end_share) * before) / end_share;
+    exact.min(0.0)
+}
+
+/// Exact decay of the velocities of damped bodies over a time, booked.
+fn damp<S: Geometry>(bodies: &mut Bodies<S>, time: f64, ledger: &mut Ledger) {
+    for i in 0..bodies.len() {
+        let d = &bodies.data[i];
+        let (linear, angular) = (d.linear_damping, d.angular_damping);
+        if !bodies.is_dynamic(i) || (linear == 0.0 && angular == 0.0) {
+            continue;
+        }
+        let before = bodies.translational_energy(i) + bodies.rotational_energy(i);
+        bodies.motion.velocity[i] = bodies.motion.velocity[i] * carom_math::exp(-linear * time);
+        bodies.motion.angular_velocity[i] = bodies.motion.angular_velocity[i] * carom_math::exp(-angular * time);
+        ledger.damping += bodies.translational_energy(i) + bodies.rotational_energy(i) - before;
+    }
+}
+
+fn refused(report: &Option<SolveReport>, kind: SolverKind, phase: &'static str, time: f64) -> Result<(), StepError> {
+    match report {
+        Some(SolveReport { stop: Stop::Refused(reason), contacts, .. }) => Err(StepError::SolverRefused {
+            solver: kind.name(),
+            phase,
+            contacts: *contacts,
+            reason: reason.clone(),
+            time,
+        }),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,38 @@
+//! Impulses carried from step to step by contact id: the one hidden state of a trajectory, kept where a
+//! snapshot can see it. Stored as forces in world axes, so that a turned frame or another step length
+//! starts from the same force.
+
+use carom_math::Space;
+use carom_solver::{ContactProblem, Impulse, Impulses};
+use serde::{Deserialize, Serialize};
+
+/// Contact forces of the last step, sorted by id.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct WarmStart<S: Space> {
+    /// Contact id, normal force \[N\], tangential force \[N\] in world axes.
+    pub forces: Vec<(u64, f64, S::Vector)>,
+}
+
+impl<S: Space> WarmStart<S> {
+    /// Remembers the impulses of a step of length `dt`.
+    pub fn store(&mut self, problem: &ContactProblem<S>, impulses: &Impulses<S>, dt: f64) {
+        self.forces.clear();
+        for (c, g) in problem.contacts.iter().zip(&impulses.contacts) {
+            if g.normal > 0.0 {
+                let tangent = c.to_world(&Impulse { normal: 0.0, tangent: g.tangent });
+                self.forces.push((c.id, g.normal / dt, tangent * (1.0 / dt)));
+            }
+        }
+        self.forces.sort_by_key(|f| f.0);
+    }
+    /// Fills in the impulses of contacts that were there in the last step.
+    pub fn load(&self, problem: &ContactProblem<S>, dt: f64, impulses: &mut Impulses<S>) {
+        for (c, g) in problem.contacts.iter().zip(&mut impulses.contacts) {
+            if let Ok(k) = self.forces.binary_search_by_key(&c.id, |f| f.0) {
+                let (_, normal, tangent) = self.forces[k];
+                *g = Impulse { normal: normal * dt, tangent: c.to_slip(tangent * dt) };
+            }
+        }
+    }
+}

@@ -1,0 +1,343 @@
+//! The world: bodies, the choices of the run, and the step.
+
+use crate::bodies::{Bodies, Motion};
+use crate::body::BodySpec;
+use crate::error::{BuildError, StepError};
+use crate::force::{ForceField, Wrench};
+use crate::integrate::Step;
+use crate::narrow_phase::{NarrowPhase, Touch};
+use crate::observe::energy::{Energy, Momenta};
+use crate::observe::ledger::Ledger;
+use crate::observe::report::StepReport;
+use crate::settings::{Scheme, Settings};
+use crate::stepping::fixed_step::{FixedStep, SchemeReport};
+use crate::warm_start::WarmStart;
+use carom_geometry::Geometry;
+use carom_math::{Column, Planar, Rotation, Spatial};
+use carom_solver::{ContactProblem, Impulses};
+
+/// A world of the plane.
+pub type World2 = World<Planar>;
+/// A world of space.
+pub type World3 = World<Spatial>;
+
+/// Bodies, settings and time; advanced by [`World::step`].
+///
+/// ```
+/// use carom::{BodySpec, PlanarShape, Settings, World2, vec2};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let mut world = World2::new(Settings::default())?;
+/// world.add("floor", BodySpec::fixed(PlanarShape::HalfPlane { normal: vec2(0.0, 1.0) }))?;
+/// world.add("ball", BodySpec::dense(PlanarShape::Circle { radius: 0.1 }, 1000.0).at(vec2(0.0, 0.1)))?;
+/// let report = world.step(1.0 / 240.0)?;
+/// assert!(report.residual() < 1e-6);
+/// # Ok(())
+/// # }
+/// ```
+pub struct World<S: Geometry> {
+    settings: Settings<S>,
+    pub(crate) bodies: Bodies<S>,
+    pub(crate) time: f64,
+    pub(crate) steps: u64,
+    pub(crate) warm: WarmStart<S>,
+    pub(crate) ledger: Ledger,
+    fields: Vec<(String, Box<dyn ForceField<S>>)>,
+    applied: Vec<Wrench<S>>,
+    narrow_phase: NarrowPhase<S>,
+    touches: Vec<Touch<S>>,
+    fixed_step: FixedStep<S>,
+    checkpoint: (Motion<S>, WarmStart<S>),
+}
+
+impl<S: Geometry> World<S> {
+    /// An empty world.
+    ///
+    /// # Errors
+    /// [`BuildError`] naming a setting that is out of range.
+    pub fn new(settings: Settings<S>) -> Result<Self, BuildError> {
+        settings.check()?;
+        Ok(World {
+            settings,
+            bodies: Bodies::default(),
+            time: 0.0,
+            steps: 0,
+            warm: WarmStart::default(),
+            ledger: Ledger::default(),
+            fields: Vec::new(),
+            applied: Vec::new(),
+            narrow_phase: NarrowPhase::default(),
+            touches: Vec::new(),
+            fixed_step: FixedStep::default(),
+            checkpoint: Default::default(),
+        })
+    }
+    /// Adds a body and returns its index.
+    ///
+    /// # Errors
+    /// [`BuildError`] naming body, field, value and remedy; the world is unchanged then.
+    pub fn add(&mut self, name: &str, spec: BodySpec<S>) -> Result<usize, BuildError> {
+        let index = self.bodies.add(name, spec)?;
+        self.applied.push(Wrench::default());
+        Ok(index)
+    }
+    /// Removes a body; the indices of those after it fall by one.
+    ///
+    /// # Errors
+    /// [`BuildError`] when no body has this name.
+    pub fn remove(&mut self, name: &str) -> Result<(), BuildError> {
+        let index = self.bodies.find(name).ok_or_else(|| self.bodies.unknown(name))?;
+        self.bodies.remove(name)?;
+        self.applied.remove(index);
+        self.touches.clear();
+        self.fixed_step = FixedStep::default();
+        Ok(())
+    }
+    /// The bodies.
+    pub fn bodies(&self) -> &Bodies<S> {
+        &self.bodies
+    }
+    /// The moving state of all bodies, to be changed freely between steps; non-finite numbers are refused by
+    /// the next step.
+    pub fn motion_mut(&mut self) -> &mut Motion<S> {
+        &mut self.bodies.motion
+    }
+    /// The bodies, to set momenta by (p, L).
+    pub fn bodies_mut(&mut self) -> &mut Bodies<S> {
+        &mut self.bodies
+    }
+    /// Index of a named body.
+    ///
+    /// # Errors
+    /// [`BuildError`] with the nearest name that exists.
+    pub fn index(&self, name: &str) -> Result<usize, BuildError> {
+        self.bodies.find(name).ok_or_else(|| self.bodies.unknown(name))
+    }
+    /// The settings.
+    pub fn settings(&self) -> &Settings<S> {
+        &self.settings
+    }
+    /// Replaces the settings; takes effect with the next step.
+    ///
+    /// # Errors
+    /// [`BuildError`] naming a setting that is out of range; the old settings stay then.
+    pub fn set_settings(&mut self, settings: Settings<S>) -> Result<(), BuildError> {
+        settings.check()?;
+        self.settings = settings;
+        Ok(())
+    }
+    /// Time \[s\].
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+    /// Steps taken.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+    /// Adds a force field, or replaces the one of this name.
+    pub fn set_force_field(&mut self, name: &str, field: Box<dyn ForceField<S>>) {
+        self.remove_force_field(name);
+        self.fields.push((name.into(), field));
+    }
+    /// Removes a force field; true when there was one of this name.
+    pub fn remove_force_field(&mut self, name: &str) -> bool {
+        let before = self.fields.len();
+        self.fields.retain(|(n, _)| n != name);
+        self.fields.len() < before
+    }
+    /// Names of the force fields, in the order they act.
+    pub fn force_fields(&self) -> impl Iterator<Item = &str> {
+        self.fields.iter().map(|(n, _)| n.as_str())
+    }
+    /// Applies a wrench to a body for the next step only.
+    pub fn apply_wrench(&mut self, body: usize, wrench: Wrench<S>) {
+        self.applied[body].add(&wrench);
+    }
+    /// Changes a body's velocities by an impulse \[N s\] at a world point: v + j/m, w + I^-1 (r x j) (item 16).
+    pub fn apply_impulse(&mut self, body: usize, impulse: S::Vector, point: S::Vector) {
+        let inverse = self.bodies.inverse_mass(body);
+        let arm = point - self.bodies.motion.position[body];
+        let twist = carom_solver::collision::apply_impulse(&self.bodies.motion.twist(body), &inverse, arm, impulse);
+        if inverse.linear > 0.0 {
+            self.bodies.motion.set_twist(body, &twist);
+        }
+    }
+    /// Energy of the present state.
+    pub fn energy(&self) -> Energy {
+        Energy::of(&self.bodies, self.settings.gravity)
+    }
+    /// Momenta of the present state.
+    pub fn momenta(&self) -> Momenta<S> {
+        Momenta::of(&self.bodies)
+    }
+    /// The ledger since the world began.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+    /// Contacts found at the start of the last step.
+    pub fn touches(&self) -> &[Touch<S>] {
+        &self.touches
+    }
+    /// The contact problem of the last step, its impulses, and for each of its contacts the index into `touches`.
+    pub fn last_problem(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
+        (&self.fixed_step.problem, &self.fixed_step.impulses, &self.fixed_step.pressed)
+    }
+
+    /// Takes one step of length `dt` \[s\].
+    ///
+    /// # Errors
+    /// [`StepError`] naming the body or the argument; the world is then exactly as it was before.
+    pub fn step(&mut self, dt: f64) -> Result<StepReport<S>, StepError> {
+        self.check_before(dt)?;
+        self.checkpoint.0.copy_from(&self.bodies.motion);
+        self.checkpoint.1.clone_from(&self.warm);
+        let taken = self.advance(dt);
+        if taken.is_err() {
+            self.bodies.motion.copy_from(&self.checkpoint.0);
+            self.warm.clone_from(&self.checkpoint.1);
+        }
+        taken
+    }
+
+    fn advance(&mut self, dt: f64) -> Result<StepReport<S>, StepError> {
+        let before = self.energy();
+        self.narrow_phase.update(&self.bodies, &self.settings, dt, &mut self.touches);
+        let scheme = self.advance_scheme(dt)?;
+        self.normalize_rotations();
+        self.check_after()?;
+        Ok(self.observe(before, scheme, dt))
+    }
+
+    fn advance_scheme(&mut self, dt: f64) -> Result<SchemeReport, StepError> {
+        let step = Step { time: self.time, dt, gravity: self.settings.gravity };
+        let (fields, applied) = (&mut self.fields, &self.applied);
+        let mut loads = |time: f64, bodies: &Bodies<S>, out: &mut Vec<Wrench<S>>| {
+            out.clear();
+            out.extend_from_slice(applied);
+            add_fields(fields, time, bodies, out)
+        };
+        match self.settings.scheme {
+            Scheme::FixedStep => self.fixed_step.advance(
+                &mut self.bodies,
+                &self.touches,
+                &self.settings,
+                &step,
+                &mut loads,
+                &mut self.warm,
+            ),
+        }
+    }
+
+    fn observe(&mut self, before: Energy, scheme: SchemeReport, dt: f64) -> StepReport<S> {
+        let energy = self.energy();
+        let mut ledger = scheme.ledger;
+        ledger.closure = energy.total() - before.total() - ledger.sum();
+        self.ledger.add(&ledger);
+        self.time += dt;
+        self.steps += 1;
+        self.applied.fill(Wrench::default());
+        let deepest = self.touches.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)).map(|t| (t.gap, t.a, t.b));
+        StepReport {
+            step: self.steps,
+            time: self.time,
+            dt,
+            contacts: self.touches.len(),
+            contact_solve: scheme.contact_solve,
+            impact_solve: scheme.impact_solve,
+            deepest,
+            energy,
+            momenta: self.momenta(),
+            ledger,
+        }
+    }
+
+    /// Rotations that users wrote, or that rounding moved off, get unit length back.
+    fn normalize_rotations(&mut self) {
+        for q in &mut self.bodies.motion.rotation {
+            let length: f64 = q.as_slice().iter().map(|x| x * x).sum();
+            if (length - 1.0).abs() > 4e-16 {
+                *q = q.renormalized().unwrap_or(*q);
+            }
+        }
+    }
+
+    fn check_before(&self, dt: f64) -> Result<(), StepError> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            let remedy = "give a step length in s".to_string();
+            return Err(StepError::Argument { field: "dt", problem: format!("must be > 0, got {dt}"), remedy });
+        }
+        self.check_motion("before the step", "set it to finite numbers")?;
+        let bad = self.applied.iter().position(|w| !w.is_finite());
+        bad.map_or(Ok(()), |i| {
+            let value = format!("{:?}", self.applied[i].force.as_slice());
+            Err(self.not_finite(i, "applied force or torque", value, "before the step", "apply finite numbers"))
+        })
+    }
+
+    fn check_after(&self) -> Result<(), StepError> {
+        self.check_motion("after the step", "look for extreme velocities, masses or forces, or take a smaller dt")
+    }
+
+    fn check_motion(&self, stage: &'static str, remedy: &str) -> Result<(), StepError> {
+        let m = &self.bodies.motion;
+        for i in 0..self.bodies.len() {
+            let parts: [(&'static str, &[f64]); 4] = [
+                ("position", m.position[i].as_slice()),
+                ("rotation", m.rotation[i].as_slice()),
+                ("velocity", m.velocity[i].as_slice()),
+                ("angular_velocity", m.angular_velocity[i].as_slice()),
+            ];
+            for (field, values) in parts {
+                if !values.iter().all(|x| x.is_finite()) || (field == "rotation" && values.iter().all(|x| *x == 0.0)) {
+                    return Err(self.not_finite(i, field, format!("{values:?}"), stage, remedy));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn not_finite(&self, i: usize, field: &'static str, value: String, stage: &'static str, remedy: &str) -> StepError {
+        let body = self.bodies.names[i].clone();
+        StepError::NotFinite { body, field, value, stage, remedy: remedy.into(), time: self.time }
+    }
+
+    /// Restores what a snapshot holds of the trajectory; for `snapshot`.
+    pub(crate) fn set_trajectory(&mut self, time: f64, steps: u64, warm: WarmStart<S>, ledger: Ledger) {
+        self.time = time;
+        self.steps = steps;
+        self.warm = warm;
+        self.ledger = ledger;
+        self.touches.clear();
+        self.fixed_step = FixedStep::default();
+        self.applied = vec![Wrench::default(); self.bodies.len()];
+    }
+
+    /// Wrenches waiting for the next step; for `snapshot`.
+    pub(crate) fn waiting(&mut self) -> &mut Vec<Wrench<S>> {
+        &mut self.applied
+    }
+}
+
+/// Adds all force fields, and refuses what is not finite by the body's name.
+fn add_fields<S: Geometry>(
+    fields: &mut [(String, Box<dyn ForceField<S>>)],
+    time: f64,
+    bodies: &Bodies<S>,
+    out: &mut [Wrench<S>],
+) -> Result<(), StepError> {
+    for (name, field) in fields.iter_mut() {
+        field
+            .add(time, &bodies.motion, out)
+            .map_err(|problem| StepError::ForceField { field: name.clone(), problem, time })?;
+        if let Some(i) = out.iter().position(|w| !w.is_finite()) {
+            let (force, torque) = (out[i].force, out[i].torque);
+            let problem = format!(
+                "gives body '{}' force {:?} N and torque {:?} N m; return finite numbers",
+                bodies.names[i],
+                force.as_slice(),
+                torque.as_slice()
+            );
+            return Err(StepError::ForceField { field: name.clone(), problem, time });
+        }
+    }
+    Ok(())
+}

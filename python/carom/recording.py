@@ -1,0 +1,520 @@
+"""What a run leaves behind, in memory or in an HDF5 file that can be read while it is being written.
+
+Layout of a file (SI units; every dataset has an attribute ``unit``; f frames, s steps, n bodies, c contacts, d = 2|3):
+
+=====================================  ============  ==========================================================
+/frames/time                           (f,)          [s]; the initial state is frame 0
+/frames/position                       (f, n, d)     centre of mass [m]
+/frames/rotation                       (f, n, 2|4)   [cos, sin] | quaternion [w, x, y, z] [1]
+/frames/velocity                       (f, n, d)     of the centre of mass [m/s]
+/frames/angular_velocity               (f, n, 1|3)   world axes [rad/s]
+/frames/contact_offsets                (f + 1,)      contacts of frame i are rows offsets[i]:offsets[i + 1]
+/contacts                              (c,)          one record per contact, ``unit`` names each field's
+/steps                                 (s,)          one record per *step*, ``unit`` names each column's
+/bodies/{name, kind, mass, inertia}    (n, ..)       kind 0 dynamic, 1 static, 2 kinematic
+/scene, /settings                      text          the scene's own text; settings as JSON
+/progress                              (1,)          status 0 running, 1 complete, 2 interrupted, 3 failed; times [s]
+=====================================  ============  ==========================================================
+
+Writing is single-writer-multiple-reader (SWMR): each append ends in a flush, contacts go first and their offsets
+last, so a reader that trusts the offsets never sees half a frame, and a killed run leaves a readable file.
+Knows no physics.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Protocol
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from carom.errors import RunFileError
+
+Floats = npt.NDArray[np.float64]
+Records = npt.NDArray[np.void]
+
+#: Version of the file layout above [1].
+LAYOUT_VERSION = 1
+#: Kinds of bodies in the order of their codes.
+KINDS = ("dynamic", "static", "kinematic")
+#: Outcomes of a run in the order of their codes.
+STATUSES = ("running", "complete", "interrupted", "failed")
+
+FRAME_UNITS = {
+    "time": "s",
+    "position": "m",
+    "rotation": "1",
+    "velocity": "m/s",
+    "angular_velocity": "rad/s",
+    "contact_offsets": "1",
+}
+CONTACT_UNITS = {
+    "point": "m",
+    "normal": "1",
+    "gap": "m",
+    "normal_impulse": "N s",
+    "friction_impulse": "N s",
+    "slip": "m/s",
+}
+STEP_UNITS = {
+    "time": "s",
+    "dt": "s",
+    "residual": "m/s",
+    "impact_residual": "m/s",
+    "deepest_gap": "m",
+    "momentum": "kg m/s",
+    "angular_momentum": "kg m^2/s",
+    "kinetic": "J",
+    "potential": "J",
+}
+#: Lines of the energy ledger, as columns of the steps [J].
+LEDGER_LINES = (
+    "gravity",
+    "applied",
+    "damping",
+    "contact_normal",
+    "friction",
+    "impact_normal",
+    "impact_friction",
+    "rest_cut",
+    "projection",
+    "integrator",
+)
+
+_PROGRESS = np.dtype(
+    [("status", "u1"), ("steps", "i8"), ("time", "f8"), ("wall_time", "f8"), ("step_time", "f8")]
+)
+_CHUNK_BYTES = 256 * 1024
+
+
+class Chunk(Protocol):
+    """A piece of a run as the engine hands it over; shapes and units as in the table above."""
+
+    @property
+    def time(self) -> Floats: ...
+    @property
+    def position(self) -> Floats: ...
+    @property
+    def rotation(self) -> Floats: ...
+    @property
+    def velocity(self) -> Floats: ...
+    @property
+    def angular_velocity(self) -> Floats: ...
+    @property
+    def contact_offsets(self) -> npt.NDArray[Any]: ...
+    @property
+    def contacts(self) -> Records: ...
+    @property
+    def steps(self) -> Records: ...
+
+
+@dataclass(frozen=True)
+class Header:
+    """What is known when a run begins.
+
+    Attributes
+    ----------
+    names : names of the bodies, in order
+    kind : (n,) uint8 array, index into `KINDS`
+    mass : (n,) float64 array [kg]; inf for bodies that forces do not move
+    inertia : (n,) | (n, 3, 3) float64 array about the centre of mass, body axes [kg m^2]
+    """
+
+    space: str
+    names: tuple[str, ...]
+    kind: npt.NDArray[np.uint8]
+    mass: Floats
+    inertia: Floats
+    settings: Mapping[str, Any]
+    scene: str = ""
+    scene_name: str = ""
+    version: str = ""
+    dt: float = 0.0
+    every: int = 1
+    created: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run has come: status as in `STATUSES`, steps [1], times [s]."""
+
+    status: str = "running"
+    steps: int = 0
+    time: float = 0.0
+    wall_time: float = 0.0
+    step_time: float = 0.0
+
+
+def unit_of(kind: str, name: str) -> str:
+    """Unit of a column: `kind` is "frames", "contacts" or "steps"; ledger lines are in J."""
+    if kind == "frames":
+        return FRAME_UNITS.get(name, "1")
+    if kind == "contacts":
+        return CONTACT_UNITS.get(name, "1")
+    return "J" if name in LEDGER_LINES or name == "closure" else STEP_UNITS.get(name, "1")
+
+
+class RunData(Protocol):
+    """Read access to a recorded run, wherever it is kept."""
+
+    @property
+    def header(self) -> Header: ...
+    @property
+    def progress(self) -> Progress: ...
+    @property
+    def path(self) -> Path | None: ...
+    def frames(self, name: str) -> npt.NDArray[Any]: ...
+    def steps(self) -> Records: ...
+    def contacts(self, begin: int, end: int) -> Records: ...
+
+
+class Recorder(Protocol):
+    """Takes chunks while a run goes on."""
+
+    def append(self, chunk: Chunk) -> None: ...
+    def tell(self, progress: Progress) -> None: ...
+    def close(self) -> RunData: ...
+
+
+class MemoryRecorder:
+    """Keeps a run in memory; is its own data."""
+
+    def __init__(self, header: Header) -> None:
+        self.header = header
+        self.progress = Progress()
+        self.path: Path | None = None
+        self._frames: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in FRAME_UNITS}
+        self._contacts: list[Records] = []
+        self._steps: list[Records] = []
+        self._joined: dict[str, npt.NDArray[Any]] = {}
+
+    def append(self, chunk: Chunk) -> None:
+        """Adds a chunk; its arrays are kept, not copied."""
+        self._joined.clear()
+        contacts = np.asarray(chunk.contacts)
+        before = sum(len(part) for part in self._contacts)
+        for name in FRAME_UNITS:
+            part = np.asarray(getattr(chunk, name))
+            if name == "contact_offsets":
+                part = part.astype(np.int64)[1:] + before
+            self._frames[name].append(part)
+        self._contacts.append(contacts)
+        self._steps.append(np.asarray(chunk.steps))
+
+    def tell(self, progress: Progress) -> None:
+        """Notes how far the run has come."""
+        self.progress = progress
+
+    def close(self) -> RunData:
+        """The data; more may still be appended."""
+        return self
+
+    def frames(self, name: str) -> npt.NDArray[Any]:
+        """One array over all frames."""
+        if name not in self._joined:
+            parts = self._frames[name]
+            if name == "contact_offsets":
+                parts = [np.zeros(1, dtype=np.int64), *parts]
+            self._joined[name] = np.concatenate(parts)
+        return self._joined[name]
+
+    def steps(self) -> Records:
+        """One record per step."""
+        if "steps" not in self._joined:
+            self._joined["steps"] = np.concatenate(self._steps)
+        return self._joined["steps"]
+
+    def contacts(self, begin: int, end: int) -> Records:
+        """Contact records by row."""
+        if "contacts" not in self._joined:
+            self._joined["contacts"] = np.concatenate(self._contacts)
+        return self._joined["contacts"][begin:end]
+
+
+class FileRecorder:
+    """Writes a run to an HDF5 file, chunk by chunk."""
+
+    def __init__(self, path: Path, header: Header) -> None:
+        self.header = header
+        self.path = path
+        self._refuse_foreign(path)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = h5py.File(path, "w", libver="latest")
+        except OSError as error:
+            raise RunFileError(
+                f"run file {str(path)!r}: cannot be written: {_reason(error)}; choose another path",
+                field="out",
+                value=str(path),
+                remedy="choose another path",
+            ) from error
+        self._written = 0
+        self._is_started = False
+        self._write_header()
+
+    @staticmethod
+    def _refuse_foreign(path: Path) -> None:
+        """An existing file is replaced only if it is a run of ours."""
+        if path.is_dir() or (path.exists() and path.stat().st_size > 0 and not is_run_file(path)):
+            raise RunFileError(
+                f"run file {str(path)!r}: exists and is no run of carom; choose another path",
+                field="out",
+                value=str(path),
+                remedy="choose another path",
+            )
+
+    def _write_header(self) -> None:
+        file, header = self._file, self.header
+        file.attrs["format"] = "carom-run"
+        file.attrs["carom_version"] = header.version
+        file.attrs["schema_version"] = LAYOUT_VERSION
+        file.attrs["created"] = header.created
+        file.attrs["space"] = header.space
+        file.attrs["scene_name"] = header.scene_name
+        file.attrs["dt"] = header.dt
+        file.attrs["every"] = header.every
+        text = h5py.string_dtype("utf-8")
+        for name, value in (
+            ("scene", header.scene),
+            ("settings", json.dumps(dict(header.settings), default=_plain)),
+        ):
+            file.create_dataset(name, data=value, dtype=text).attrs["unit"] = "1"
+        bodies = file.create_group("bodies")
+        names = np.array(header.names, dtype=object)
+        bodies.create_dataset("name", data=names, dtype=text).attrs["unit"] = "1"
+        for name, array, unit in (
+            ("kind", header.kind, "1"),
+            ("mass", header.mass, "kg"),
+            ("inertia", header.inertia, "kg m^2"),
+        ):
+            bodies.create_dataset(name, data=array).attrs["unit"] = unit
+        file.create_dataset("progress", data=np.zeros(1, dtype=_PROGRESS))
+        file["progress"].attrs["unit"] = json.dumps({"time": "s", "wall_time": "s", "step_time": "s"})
+
+    def _start(self, chunk: Chunk) -> None:
+        """Makes the growing datasets; none can be made once readers are let in."""
+        group = self._file.create_group("frames")
+        for name, unit in FRAME_UNITS.items():
+            example = np.asarray(getattr(chunk, name))
+            dtype = np.dtype(np.int64) if name == "contact_offsets" else example.dtype
+            self._growing(group, name, example.shape[1:], dtype).attrs["unit"] = unit
+        for name, records in (("contacts", np.asarray(chunk.contacts)), ("steps", np.asarray(chunk.steps))):
+            dataset = self._growing(self._file, name, (), records.dtype)
+            columns = records.dtype.names or ()
+            dataset.attrs["unit"] = json.dumps({column: unit_of(name, column) for column in columns})
+        offsets = group["contact_offsets"]
+        offsets.resize(1, axis=0)
+        self._file.swmr_mode = True
+        self._is_started = True
+
+    @staticmethod
+    def _growing(group: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Any:
+        row = max(1, dtype.itemsize * int(np.prod(shape, dtype=int)))
+        chunks = (max(1, _CHUNK_BYTES // row), *(max(1, size) for size in shape))
+        filters: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+        if dtype.names is None:
+            filters = {}  # coordinates hardly shrink, and filtering them costs more than writing them
+        return group.create_dataset(
+            name, (0, *shape), maxshape=(None, *shape), dtype=dtype, chunks=chunks, **filters
+        )
+
+    def append(self, chunk: Chunk) -> None:
+        """Writes a chunk and flushes it."""
+        if not self._is_started:
+            self._start(chunk)
+        file = self._file
+        _extend(file["steps"], np.asarray(chunk.steps))
+        offsets = np.asarray(chunk.contact_offsets).astype(np.int64)[1:] + self._written
+        self._written += _extend(file["contacts"], np.asarray(chunk.contacts))
+        file.flush()
+        for name in FRAME_UNITS:
+            part = offsets if name == "contact_offsets" else np.asarray(getattr(chunk, name))
+            _extend(file["frames"][name], part)
+        file.flush()
+
+    def tell(self, progress: Progress) -> None:
+        """Writes how far the run has come."""
+        row = np.zeros(1, dtype=_PROGRESS)
+        row[0] = (
+            STATUSES.index(progress.status),
+            progress.steps,
+            progress.time,
+            progress.wall_time,
+            progress.step_time,
+        )
+        self._file["progress"][...] = row
+        self._file.flush()
+
+    def close(self) -> RunData:
+        """Closes the file; the data are then read from it on demand."""
+        self._file.close()
+        return FileData(self.path)
+
+
+class FileData:
+    """Reads a run file on demand; arrays are kept once read. The length is that at the time of opening."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._kept: dict[str, npt.NDArray[Any]] = {}
+        with open_run(path) as file:
+            self.header = _read_header(file)
+            row = file["progress"][0]
+            self.progress = Progress(
+                STATUSES[int(row["status"])],
+                int(row["steps"]),
+                float(row["time"]),
+                float(row["wall_time"]),
+                float(row["step_time"]),
+            )
+            frames = file.get("frames")
+            lengths = (
+                [len(frames[name]) - (name == "contact_offsets") for name in FRAME_UNITS] if frames else [0]
+            )
+            self._length = max(0, min(lengths))
+
+    def frames(self, name: str) -> npt.NDArray[Any]:
+        """One array over all frames."""
+        if name not in self._kept:
+            end = self._length + (name == "contact_offsets")
+            with open_run(self.path) as file:
+                self._kept[name] = self._growing(file, f"frames/{name}")[:end]
+        return self._kept[name]
+
+    def steps(self) -> Records:
+        """One record per step."""
+        if "steps" not in self._kept:
+            with open_run(self.path) as file:
+                self._kept["steps"] = self._growing(file, "steps")[...]
+        return self._kept["steps"]
+
+    def contacts(self, begin: int, end: int) -> Records:
+        """Contact records by row, read from the file each time."""
+        with open_run(self.path) as file:
+            return np.asarray(self._growing(file, "contacts")[begin:end])
+
+    def _growing(self, file: Any, name: str) -> Any:
+        """A dataset of the run; a run that failed before its first frame has none."""
+        if name not in file:
+            raise _unreadable(self.path, "holds no frames", "run the scene again", None)
+        return file[name]
+
+
+def open_run(path: Path) -> Any:
+    """Opens a run file for reading, also while it is being written and after its writer was killed.
+
+    Raises
+    ------
+    RunFileError
+        When the file is missing, is no HDF5, is no run of carom or is of a later layout.
+    """
+    try:
+        file = _open(path)
+    except FileNotFoundError as error:
+        raise _unreadable(path, "no such file", "check the path", error) from None
+    except OSError as error:
+        raise _unreadable(path, f"cannot be read as HDF5 ({_reason(error)})", "give a file that `carom run` wrote",
+                          error) from None  # fmt: skip
+    if _attribute(file, "format") != "carom-run":
+        file.close()
+        raise _unreadable(path, "is HDF5 but no run of carom", "give a file that `carom run` wrote", None)
+    version = int(file.attrs["schema_version"])
+    if version > LAYOUT_VERSION:
+        file.close()
+        raise _unreadable(path, f"has layout version {version}", "install the carom that wrote it", None)
+    return file
+
+
+def is_run_file(path: Path) -> bool:
+    """Whether a file is a run of ours."""
+    try:
+        with _open(path) as file:
+            return bool(_attribute(file, "format") == "carom-run")
+    except OSError:
+        return False
+
+
+def record(path: str | Path | None, header: Header) -> Recorder:
+    """A recorder into a file, or into memory when there is no path."""
+    return MemoryRecorder(header) if path is None else FileRecorder(Path(path), header)
+
+
+def copy_into(path: Path, data: RunData, chunk: Chunk) -> None:
+    """Writes a whole run to a file."""
+    if data.path is not None and path.exists() and os.path.samefile(path, data.path):
+        return
+    recorder = FileRecorder(path, data.header)
+    recorder.append(chunk)
+    recorder.tell(data.progress)
+    recorder.close()
+
+
+def _open(path: Path) -> Any:
+    """Plain first; as a reader beside a writer when the file says that it is being written."""
+    try:
+        return h5py.File(path, "r", libver="latest")
+    except FileNotFoundError:
+        raise
+    except OSError:
+        return h5py.File(path, "r", libver="latest", swmr=True)
+
+
+def _extend(dataset: Any, part: npt.NDArray[Any]) -> int:
+    """Appends rows; returns how many."""
+    count = len(part)
+    if count:
+        length = dataset.shape[0]
+        dataset.resize(length + count, axis=0)
+        dataset[length:] = part
+    return count
+
+
+def _read_header(file: Any) -> Header:
+    bodies = file["bodies"]
+    return Header(
+        space=_attribute(file, "space"),
+        names=tuple(bodies["name"].asstr()[...].tolist()),
+        kind=bodies["kind"][...],
+        mass=bodies["mass"][...],
+        inertia=bodies["inertia"][...],
+        settings=json.loads(file["settings"].asstr()[()]),
+        scene=file["scene"].asstr()[()],
+        scene_name=_attribute(file, "scene_name"),
+        version=_attribute(file, "carom_version"),
+        dt=float(file.attrs["dt"]),
+        every=int(file.attrs["every"]),
+        created=_attribute(file, "created"),
+    )
+
+
+def _attribute(file: Any, name: str) -> str:
+    value = file.attrs.get(name, "")
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _plain(value: Any) -> Any:
+    """Numpy values as JSON."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Sequence):
+        return list(value)
+    return str(value)
+
+
+def _reason(error: OSError) -> str:
+    return (error.strerror or str(error).split(",")[0])[:160]
+
+
+def _unreadable(path: Path, problem: str, remedy: str, error: BaseException | None) -> RunFileError:
+    refusal = RunFileError(
+        f"run file {str(path)!r}: {problem}; {remedy}", field="path", value=str(path), remedy=remedy
+    )
+    refusal.__cause__ = error
+    return refusal

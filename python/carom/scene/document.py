@@ -1,0 +1,170 @@
+"""The scene document: world settings, materials, bodies; one model for the plane and one for space.
+
+Defaults of the engine are not repeated here: a setting that the file leaves out is left to the engine.
+Units are SI and stated in each description. Knows no files and no worlds.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, TypeAdapter, model_validator
+
+from carom.scene.bodies import BodyCommon, Material, PlanarBody, SpatialBody
+from carom.scene.fields import (
+    Fraction,
+    Name,
+    NotNegative,
+    Positive,
+    Strict,
+    Switch,
+    Vector2,
+    Vector3,
+    refuse,
+)
+from carom.scene.suggest import did_you_mean
+
+#: Version of the scene format that this code reads and writes [1].
+SCHEMA_VERSION = 1
+
+Integrator = Literal["trapezoid", "explicit_euler", "semi_implicit_euler", "implicit_midpoint", "rk4"]
+Scheme = Literal["fixed_step"]
+Solver = Literal["pgs", "pgs_matrix", "sequential", "direct", "lemke"]
+Mixing = Literal["min", "max", "mean", "product", "geometric", "harmonic"]
+
+
+class SettingsCommon(Strict):
+    """Settings that the plane and space share."""
+
+    dt: Positive | None = Field(default=None, description="Time step [s]; 1/240 when absent.")
+    integrator: Integrator | None = Field(default=None, description='Integrator; "trapezoid" when absent.')
+    scheme: Scheme | None = Field(default=None, description='Time-stepping scheme; "fixed_step" when absent.')
+    solver: Solver | None = Field(default=None, description='Contact solver; "pgs" when absent.')
+    iterations: Annotated[int, Field(strict=True, ge=1, le=10_000_000)] | None = Field(
+        default=None, description="Most iterations of the solver in a step [1]; 100 when absent."
+    )
+    tolerance: NotNegative | None = Field(
+        default=None,
+        description="Residual at which the solver stops [m/s]; 1e-6 when absent, 0 spends all iterations.",
+    )
+    warm_start: Switch | None = Field(
+        default=None, description="Whether a step starts from the last one's impulses; true when absent."
+    )
+    friction_law: Literal["disc", "box"] | None = Field(
+        default=None, description='True Coulomb disc or the notes\' box; "disc" when absent.'
+    )
+    impact: Literal["newton", "sequential"] | None = Field(
+        default=None, description='Law of impacts; "newton" (simultaneous) when absent.'
+    )
+    rest_speed_factor: NotNegative | None = Field(
+        default=None,
+        description="Impacts slower than factor x |gravity| x dt do not bounce [1]; 2 when absent.",
+    )
+    position_correction: Literal["split_impulse", "nudge", "none"] | None = Field(
+        default=None, description='How overlap is removed; "split_impulse" when absent.'
+    )
+    correction_fraction: Fraction | None = Field(
+        default=None, description="Fraction of the overlap removed in a step [1]; 0.2 when absent."
+    )
+    correction_slop: NotNegative | None = Field(
+        default=None,
+        description="Overlap that is left alone [m]; derived from the smallest size when absent.",
+    )
+    contact_margin: NotNegative | None = Field(
+        default=None, description="Gap below which contacts are looked for [m]; derived when absent."
+    )
+    friction_mixing: Mixing | None = Field(
+        default=None, description='How two friction coefficients combine; "geometric" when absent.'
+    )
+    restitution_mixing: Mixing | None = Field(
+        default=None, description='How two coefficients of restitution combine; "max" when absent.'
+    )
+
+
+class PlanarSettings(SettingsCommon):
+    """Settings of a world of the plane."""
+
+    gravity: Vector2 | None = Field(default=None, description="Gravity [m/s^2]; (0, -9.81) when absent.")
+
+
+class SpatialSettings(SettingsCommon):
+    """Settings of a world of space."""
+
+    gravity: Vector3 | None = Field(default=None, description="Gravity [m/s^2]; (0, 0, -9.81) when absent.")
+
+
+class SceneCommon(Strict):
+    """What scenes of the plane and of space have in common."""
+
+    schema_version: Literal[1] = Field(description="Version of this format; 1.")
+    name: Annotated[str, Field(max_length=200)] = Field(default="", description="Name of the scene.")
+    description: Annotated[str, Field(max_length=10_000)] = Field(
+        default="", description="What the scene shows."
+    )
+    duration: Positive = Field(default=5.0, description="Simulated time of a run when none is asked for [s].")
+    materials: dict[Name, Material] = Field(default={}, description="Materials by name.")
+
+    def _check_bodies(self, bodies: list[Any]) -> None:
+        """Rules between bodies: materials exist, names are unique, dynamic bodies have a mass."""
+        seen: dict[str, int] = {}
+        for index, body in enumerate(bodies):
+            self._check_body(index, body)
+            if body.name in seen:
+                raise refuse(
+                    f"body.{index}.name",
+                    f"name {body.name!r} is taken by body {seen[body.name] + 1}",
+                    "choose another",
+                )
+            seen[body.name] = index
+
+    def _check_body(self, index: int, body: Any) -> None:
+        if body.material is not None and body.material not in self.materials:
+            hint = did_you_mean(body.material, self.materials) or "add it to [materials]"
+            raise refuse(f"body.{index}.material", f"unknown material {body.material!r}", hint)
+        material = self.materials.get(body.material) if body.material is not None else None
+        has_density = body.density is not None or (material is not None and material.density is not None)
+        if body.kind == "dynamic" and body.mass is None and not has_density:
+            unit = "kg/m^2" if isinstance(body, PlanarBody) else "kg/m^3"
+            remedy = f"give density [{unit}], mass [kg] or a material with density"
+            raise refuse(f"body.{index}", "a dynamic body needs its mass or density", remedy)
+
+
+class PlanarScene(SceneCommon):
+    """A scene of the plane: (x, y) and an angle."""
+
+    space: Literal["planar"] = Field(description="planar: (x, y, angle); spatial: (x, y, z, quaternion).")
+    world: PlanarSettings = Field(default=PlanarSettings(), description="Settings of the world.")
+    body: Annotated[list[PlanarBody], Field(min_length=1, max_length=100_000)] = Field(description="Bodies.")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        self._check_bodies(self.body)
+        return self
+
+
+class SpatialScene(SceneCommon):
+    """A scene of space: (x, y, z) and a quaternion (w, x, y, z)."""
+
+    space: Literal["spatial"] = Field(description="planar: (x, y, angle); spatial: (x, y, z, quaternion).")
+    world: SpatialSettings = Field(default=SpatialSettings(), description="Settings of the world.")
+    body: Annotated[list[SpatialBody], Field(min_length=1, max_length=100_000)] = Field(description="Bodies.")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        self._check_bodies(self.body)
+        return self
+
+
+SceneDocument = Annotated[PlanarScene | SpatialScene, Field(discriminator="space")]
+DOCUMENT: TypeAdapter[PlanarScene | SpatialScene] = TypeAdapter(SceneDocument)
+
+__all__ = [
+    "DOCUMENT",
+    "SCHEMA_VERSION",
+    "BodyCommon",
+    "PlanarScene",
+    "PlanarSettings",
+    "SceneDocument",
+    "SpatialScene",
+    "SpatialSettings",
+]
