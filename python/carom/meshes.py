@@ -1,11 +1,11 @@
 """Triangle meshes from OBJ, STL, PLY and GLB files: as hull, as convex decomposition, or as they are.
 
-Reading is trimesh's; what follows is ours: welding, checks, and the mass properties of the enclosed solid by signed
-tetrahedra. With d = det(a, b, c) of a triangle and s = a + b + c:
+Reading is trimesh's; what follows is ours: welding, checks, and the mass properties of the enclosed solid by
+signed tetrahedra. With d = det(a, b, c) of a triangle and s = a + b + c:
 V = sum d/6, V x_c = sum d s/24, integral of x x^T = sum d (a a^T + b b^T + c c^T + s s^T)/120
-(Blow & Binstock 2004; theory chapter 1). Coordinates are taken as they stand in the file, times `scale`: no axis is
-swapped (glTF calls y up, carom's default gravity points along -z; rotate the body). Files are read from
-bytes and nothing that they refer to (materials, textures, buffers) is opened. Knows no worlds.
+(Blow & Binstock 2004; theory chapter 1). Coordinates are taken as they stand in the file, times `scale`: no
+axis is swapped (glTF calls y up, carom's default gravity points along -z; rotate the body). Files are read
+from bytes and nothing that they refer to (materials, textures, buffers) is opened. Knows no worlds.
 """
 
 from __future__ import annotations
@@ -182,8 +182,8 @@ def as_shape(mesh: Mesh, use: Use, *, max_parts: int = DEFAULT_PARTS) -> dict[st
 
     Parameters
     ----------
-    use : "hull" (one convex hull), "decomposition" (convex parts that follow the enclosed solid) or "static" (the
-        triangles themselves, for obstacles)
+    use : "hull" (one convex hull), "decomposition" (convex parts that follow the enclosed solid) or
+        "static" (the triangles themselves, for obstacles)
     max_parts : most parts of a decomposition
 
     Raises
@@ -368,10 +368,10 @@ def _foreign(raw: bytes, suffix: str) -> tuple[str, ...]:
     if suffix == ".glb" and len(raw) >= 20:
         (length,) = struct.unpack_from("<I", raw, 12)
         tree = json.loads(raw[20 : 20 + length])
-        found = [f"{key} ({len(tree[key])})" for key in ("materials", "textures", "animations", "skins", "cameras")
-                 if tree.get(key)]  # fmt: skip
-        attributes = {name for part in tree.get("meshes", []) for item in part.get("primitives", [])
-                      for name in item.get("attributes", {})}  # fmt: skip
+        kinds = ("materials", "textures", "animations", "skins", "cameras")
+        found = [f"{key} ({len(tree[key])})" for key in kinds if tree.get(key)]
+        primitives = [item for part in tree.get("meshes", []) for item in part.get("primitives", [])]
+        attributes = {name for item in primitives for name in item.get("attributes", {})}
         extra = sorted(attributes - {"POSITION"})
         return tuple(found + ([f"attributes {', '.join(extra)}"] if extra else []))
     return ()

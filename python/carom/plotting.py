@@ -97,10 +97,9 @@ def save_figure(figure: Figure, path: str | Path) -> None:
     """
     path = Path(path)
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise CaromError(
-            f"unknown kind of picture {path.suffix!r}; give a path that ends in .png, .svg or .pdf", field="out",
-            value=str(path), remedy="give a path that ends in .png, .svg or .pdf",
-        )  # fmt: skip
+        remedy = "give a path that ends in .png, .svg or .pdf"
+        problem = f"unknown kind of picture {path.suffix!r}"
+        raise CaromError(f"{problem}; {remedy}", field="out", value=str(path), remedy=remedy)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=150)

@@ -56,7 +56,8 @@ class Ledger:
     time : (s,) float64 array, end of each step [s]
     lines : name -> (s,) float64 array of cumulated work [J]
     kinetic, potential, energy : (s,) float64 arrays after each step [J]
-    closure : (s,) float64 array, energy gained so far minus all lines [J]; rounding alone is left of it
+    closure : (s,) float64 array, energy gained so far minus all lines but gravity, which only turns
+        potential into kinetic energy [J]; rounding alone is left of it
     """
 
     def __init__(self, steps: Records) -> None:
@@ -84,7 +85,7 @@ class Ledger:
 
 
 class RaggedContacts:
-    """Contacts of each recorded frame: structured arrays with fields a, b, point [m], normal (b -> a), gap [m], ..."""
+    """Contacts of each frame: structured arrays with fields a, b, point [m], normal (b -> a), gap [m], ..."""
 
     def __init__(self, data: RunData) -> None:
         self._data = data
@@ -292,13 +293,13 @@ class Run:
         }
 
     def plot(self, kind: str = "all", *, step: int | None = None) -> Figure:
-        """A figure of the run: "energy", "momentum", "residual", "contacts", "matrix" (at `step`) or "all"."""
+        """A figure: "energy", "momentum", "residual", "contacts", "matrix" (at `step`) or "all"."""
         from carom.plotting import plot
 
         return plot(self, kind, step=step)
 
     def to_dataframe(self) -> Any:
-        """One row per frame and body as a pandas frame (needs pandas): time, body, coordinates, velocities."""
+        """One row per frame and body as a pandas frame: time, body, coordinates, velocities."""
         try:
             import pandas
         except ImportError as error:

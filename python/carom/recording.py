@@ -1,24 +1,25 @@
 """What a run leaves behind, in memory or in an HDF5 file that can be read while it is being written.
 
-Layout of a file (SI units; every dataset has an attribute ``unit``; f frames, s steps, n bodies, c contacts, d = 2|3):
+Layout of a file (SI units; every dataset has an attribute ``unit``; f frames, s steps, n bodies, c contacts,
+d = 2 | 3):
 
-=====================================  ============  ==========================================================
-/frames/time                           (f,)          [s]; the initial state is frame 0
-/frames/position                       (f, n, d)     centre of mass [m]
-/frames/rotation                       (f, n, 2|4)   [cos, sin] | quaternion [w, x, y, z] [1]
-/frames/velocity                       (f, n, d)     of the centre of mass [m/s]
-/frames/angular_velocity               (f, n, 1|3)   world axes [rad/s]
-/frames/contact_offsets                (f + 1,)      contacts of frame i are rows offsets[i]:offsets[i + 1]
-/contacts                              (c,)          one record per contact, ``unit`` names each field's
-/steps                                 (s,)          one record per *step*, ``unit`` names each column's
-/bodies/{name, kind, mass, inertia}    (n, ..)       kind 0 dynamic, 1 static, 2 kinematic
-/scene, /settings                      text          the scene's own text; settings as JSON
-/progress                              (1,)          status 0 running, 1 complete, 2 interrupted, 3 failed; times [s]
-=====================================  ============  ==========================================================
+==================================  ==========  =========================================================
+/frames/time                        (f,)        [s]; the initial state is frame 0
+/frames/position                    (f, n, d)   centre of mass [m]
+/frames/rotation                    (f, n, 2|4) [cos, sin] | quaternion [w, x, y, z] [1]
+/frames/velocity                    (f, n, d)   of the centre of mass [m/s]
+/frames/angular_velocity            (f, n, 1|3) world axes [rad/s]
+/frames/contact_offsets             (f + 1,)    contacts of frame i: rows offsets[i]:offsets[i + 1]
+/contacts                           (c,)        one record per contact, ``unit`` names each field's
+/steps                              (s,)        one record per *step*, ``unit`` names each column's
+/bodies/{name, kind, mass, inertia} (n, ..)     kind 0 dynamic, 1 static, 2 kinematic
+/scene, /settings                   text        the scene's own text; settings as JSON
+/progress                           (1,)        status 0 running, 1 complete, 2 interrupted, 3 failed
+==================================  ==========  =========================================================
 
-Writing is single-writer-multiple-reader (SWMR): each append ends in a flush, contacts go first and their offsets
-last, so a reader that trusts the offsets never sees half a frame, and a killed run leaves a readable file.
-Knows no physics.
+Writing is single-writer-multiple-reader (SWMR): each append ends in a flush, contacts go first and their
+offsets last, so a reader that trusts the offsets never sees half a frame, and a killed run leaves a readable
+file. Knows no physics.
 """
 
 from __future__ import annotations
@@ -78,6 +79,7 @@ STEP_UNITS = {
 LEDGER_LINES = (
     "gravity",
     "applied",
+    "driven",
     "damping",
     "contact_normal",
     "friction",
@@ -91,7 +93,7 @@ LEDGER_LINES = (
 _PROGRESS = np.dtype(
     [("status", "u1"), ("steps", "i8"), ("time", "f8"), ("wall_time", "f8"), ("step_time", "f8")]
 )
-_CHUNK_BYTES = 256 * 1024
+_CHUNK_BYTES = 64 * 1024
 
 
 class Chunk(Protocol):
@@ -318,12 +320,8 @@ class FileRecorder:
     def _growing(group: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Any:
         row = max(1, dtype.itemsize * int(np.prod(shape, dtype=int)))
         chunks = (max(1, _CHUNK_BYTES // row), *(max(1, size) for size in shape))
-        filters: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-        if dtype.names is None:
-            filters = {}  # coordinates hardly shrink, and filtering them costs more than writing them
-        return group.create_dataset(
-            name, (0, *shape), maxshape=(None, *shape), dtype=dtype, chunks=chunks, **filters
-        )
+        # no compression: measured on a pile's contacts it saved nothing worth its time
+        return group.create_dataset(name, (0, *shape), maxshape=(None, *shape), dtype=dtype, chunks=chunks)
 
     def append(self, chunk: Chunk) -> None:
         """Writes a chunk and flushes it."""
@@ -420,8 +418,8 @@ def open_run(path: Path) -> Any:
     except FileNotFoundError as error:
         raise _unreadable(path, "no such file", "check the path", error) from None
     except OSError as error:
-        raise _unreadable(path, f"cannot be read as HDF5 ({_reason(error)})", "give a file that `carom run` wrote",
-                          error) from None  # fmt: skip
+        problem = f"cannot be read as HDF5 ({_reason(error)})"
+        raise _unreadable(path, problem, "give a file that `carom run` wrote", error) from None
     if _attribute(file, "format") != "carom-run":
         file.close()
         raise _unreadable(path, "is HDF5 but no run of carom", "give a file that `carom run` wrote", None)

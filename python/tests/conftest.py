@@ -9,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from scripted import ScriptedWorld  # noqa: E402
+from scripted import ScriptedWorld
 
 
 @pytest.fixture

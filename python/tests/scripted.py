@@ -1,4 +1,4 @@
-"""A world that needs no engine: particles that fall on a floor and bounce, with failures and slowness on demand.
+"""A world that needs no engine: particles that fall and bounce, with failures and slowness on demand.
 
 It stands in where a test needs a step to fail or to be slow at a given moment; physics is tested with the
 engine. Free fall is exact (x += h (v + v')/2, v' = v + h g), a particle below the floor has its velocity
@@ -34,7 +34,7 @@ class ScriptedChunk:
 
 
 class ScriptedWorld:
-    """`bodies` particles of 2 kg above a floor in `dimension` 2 or 3; step `fails_at` raises, each lasts `delay` s."""
+    """Particles of 2 kg above a floor; step number `fails_at` raises, each step lasts `delay` s."""
 
     def __init__(
         self, bodies: int = 3, dimension: int = 2, fails_at: int | None = None, delay: float = 0.0
@@ -96,7 +96,7 @@ class ScriptedWorld:
                 remedy="remove the NaN force",
             )
         time.sleep(self.delay)
-        kinetic, potential = self.energy()
+        kinetic, _ = self.energy()
         gravity = np.zeros(self.dimension)
         gravity[-1] = -9.81
         after = self.velocity[1:] + dt * gravity

@@ -61,7 +61,8 @@ def test_second_run_does_not_overwrite_the_first(folder: Path) -> None:
 
 
 def test_options_reach_the_world(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    options = {"--time": "0.2", "--dt": "0.01", "--solver": "sequential", "--iterations": "7", "--tolerance": "1e-9",
+    options = {"--time": "0.2", "--dt": "0.01", "--solver": "sequential", "--iterations": "7",
+               "--tolerance": "1e-9",
                "--scheme": "fixed_step", "--impact": "sequential", "--integrator": "rk4", "--every": "5",
                "--out": "here.h5"}  # fmt: skip
     words = [word for pair in options.items() for word in pair]
@@ -117,11 +118,16 @@ def test_compare_tabulates_solvers(folder: Path, capsys: pytest.CaptureFixture[s
 def test_scenes_lists_names_that_run_accepts(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["scenes", "--json"]) == 0
     scenes = {scene["name"]: scene for scene in json.loads(capsys.readouterr().out)}
-    assert {"seven_objects", "meshes_on_terrain", "first_steps_planar", "first_steps_spatial"} <= set(scenes)
+    assert {
+        "seven_objects_from_file",
+        "meshes_on_terrain",
+        "first_steps_planar",
+        "first_steps_spatial",
+    } <= set(scenes)
     assert {scene["space"] for scene in scenes.values()} == {"planar", "spatial"}
     assert all(scene["duration"] > 0 and scene["description"] for scene in scenes.values())
     assert main(["scenes"]) == 0
-    assert "seven_objects" in capsys.readouterr().out
+    assert "meshes_on_terrain" in capsys.readouterr().out
 
 
 def test_schema_prints_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
@@ -137,7 +143,7 @@ def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> N
 
 
 BAD_INPUT = {
-    "unknown scene": (["run", "seven_objekts"], "did you mean 'seven_objects'?"),
+    "unknown scene": (["run", "first_step_planar"], "did you mean 'first_steps_planar'?"),
     "missing file": (["run", "drop2.toml"], "no such file 'drop2.toml'; did you mean 'drop.toml'?"),
     "bad file": (
         ["run", "bad.toml"],

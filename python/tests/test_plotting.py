@@ -1,4 +1,4 @@
-"""Pictures: every kind in every format, the right matrix, and colours that colour-blind readers can tell apart."""
+"""Pictures: every kind and format, the right matrix, and colours that colour-blind readers tell apart."""
 
 from __future__ import annotations
 

@@ -115,13 +115,11 @@ def test_failed_run_leaves_a_valid_file(tmp_path: Path) -> None:
 
 
 def test_file_that_is_no_run_is_never_overwritten(tmp_path: Path) -> None:
-    for name, make in (
-        ("notes.h5", lambda path: path.write_text("my notes")),
-        ("other.h5", lambda path: h5py.File(path, "w").close()),
-        ("folder", lambda path: path.mkdir()),
-    ):
+    (tmp_path / "notes.h5").write_text("my notes")
+    h5py.File(tmp_path / "other.h5", "w").close()
+    (tmp_path / "folder").mkdir()
+    for name in ("notes.h5", "other.h5", "folder"):
         path = tmp_path / name
-        make(path)
         with pytest.raises(RunFileError, match="choose another path"):
             run_world(ScriptedWorld(), 0.1, out=path)
     assert (tmp_path / "notes.h5").read_text() == "my notes"

@@ -12,7 +12,7 @@ import pytest
 from scripted import ScriptedWorld
 
 from carom.errors import BuildError, StepError
-from carom.run import Run, run_world
+from carom.run import Moment, Run, run_world
 
 
 def test_frame_zero_is_the_initial_state_and_every_step_is_a_record(world: ScriptedWorld) -> None:
@@ -91,7 +91,7 @@ def test_run_from_another_thread_leaves_signals_alone() -> None:
 
 
 def test_progress_tells_time_steps_and_the_last_record(world: ScriptedWorld) -> None:
-    moments = []
+    moments: list[Moment] = []
     run_world(world, 0.5, progress=moments.append)
     assert moments[-1].time == pytest.approx(0.5) and moments[-1].steps == 50
     assert [moment.steps for moment in moments] == sorted(moment.steps for moment in moments)

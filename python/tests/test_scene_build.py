@@ -94,8 +94,8 @@ def test_material_gives_what_the_body_leaves_out() -> None:
 )  # fmt: skip
 def test_every_form_of_a_rotation_in_space_means_the_same(form: str) -> None:
     world = built(
-        SPATIAL
-        + f'[[body]]\nname = "a"\ndensity = 1\nrotation = {form}\nshape = {{ type = "box", size = [1, 2, 3] }}\n'
+        SPATIAL + f'[[body]]\nname = "a"\ndensity = 1\nrotation = {form}\n'
+        'shape = { type = "box", size = [1, 2, 3] }\n'
     )
     assert np.abs(world["a"].rotation) == pytest.approx(np.array([1, 0, 0, 1]) / math.sqrt(2), abs=1e-15)
 
@@ -118,7 +118,8 @@ def test_origin_places_the_shape_and_position_the_centre_of_mass() -> None:
     triangle = 'shape = { type = "convex_polygon", points = [[0, 0], [3, 0], [0, 3]] }\ndensity = 1\n'
     world = built(
         HEAD
-        + f'[[body]]\nname = "a"\norigin = [10, 0]\n{triangle}[[body]]\nname = "b"\nposition = [10, 0]\n{triangle}'
+        + f'[[body]]\nname = "a"\norigin = [10, 0]\n{triangle}'
+        + f'[[body]]\nname = "b"\nposition = [10, 0]\n{triangle}'
     )
     assert np.asarray(world["a"].position) == pytest.approx([11.0, 1.0])
     assert np.asarray(world["b"].position) == pytest.approx([10.0, 0.0])
@@ -230,6 +231,11 @@ def test_what_the_engine_refuses_comes_back_with_the_line_of_its_key() -> None:
     with pytest.raises(SceneError) as caught:
         built(text)
     assert str(caught.value).startswith("<text>:8: body 'flat': ") and caught.value.remedy
+
+
+def test_no_two_scenes_share_a_name() -> None:
+    names = [scene.name for scene in list_scenes()]
+    assert len(names) == len(set(names))
 
 
 @pytest.mark.parametrize("scene", list_scenes(), ids=lambda scene: scene.name)

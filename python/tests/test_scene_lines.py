@@ -51,7 +51,8 @@ def test_lines_of_every_toml_spelling() -> None:
     wanted = {
         ("title",): 2, ("quoted key",): 3, ("multi",): 4, ("literal",): 7, ("list",): 10, ("list", 0): 11,
         ("list", 1, 1): 12, ("list", 2, "a"): 13, ("list", 2, "b", "c"): 13, ("dotted", "key", "deep"): 15,
-        ("table", "sub", "x"): 18, ("body", 0): 19, ("body", 0, "name"): 20, ("body", 0, "shape", "size", 1): 23,
+        ("table", "sub", "x"): 18, ("body", 0): 19, ("body", 0, "name"): 20,
+        ("body", 0, "shape", "size", 1): 23,
         ("body", 1): 24, ("body", 1, "shape", "type"): 26, ("body", 1, "part", 0, "y"): 28,
         ("body", 1, "part", 1): 29, ("body", 1, "part", 1, "y"): 30,
     }  # fmt: skip

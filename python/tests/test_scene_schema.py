@@ -59,6 +59,14 @@ def test_schema_refuses_what_the_models_refuse() -> None:
     validator = jsonschema.Draft202012Validator(scene_schema())
     good: dict[str, Any] = {"schema_version": 1, "space": "planar", "body": [{"name": "a", "mass": 1.0}]}
     assert validator.is_valid(good)
-    for change in ({"schema_version": 2}, {"space": "planer"}, {"extra": 1}, {"body": []}, {"duration": 0},
-                   {"body": [{"name": "a", "mass": -1}]}, {"body": [{"name": "a", "mass": 1, "frction": 1}]}):  # fmt: skip
+    changes: list[dict[str, Any]] = [
+        {"schema_version": 2},
+        {"space": "planer"},
+        {"extra": 1},
+        {"body": []},
+        {"duration": 0},
+        {"body": [{"name": "a", "mass": -1}]},
+        {"body": [{"name": "a", "mass": 1, "frction": 1}]},
+    ]
+    for change in changes:
         assert not validator.is_valid({**good, **change}), change

@@ -81,7 +81,8 @@ fn cut_by(corners: &[Corner], side: Side, height: &dyn Fn(&Corner) -> f64, slack
         if (hp <= slack) == (hq <= slack) || (n == 2 && k == 1) {
             continue;
         }
-        let point = p.point + (q.point - p.point) * (hp / (hp - hq));
+        // two corners within the slack on either side of it would meet the side's line far beyond both
+        let point = p.point + (q.point - p.point) * (hp / (hp - hq)).clamp(0.0, 1.0);
         let leaving = hp <= slack;
         let (before, after) = if leaving { (p.after, side) } else { (side, p.after) };
         out.push(Corner { point, before, after });

@@ -139,7 +139,7 @@ fn flat_feature(view: &View, direction: Vec3, out: &mut Vec<(Vec3, u32)>) -> Opt
 
 impl Round {
     /// Unit vector away from the axis along a direction; x for directions along the axis.
-    fn radial(direction: Vec3) -> Vec3 {
+    pub fn radial(direction: Vec3) -> Vec3 {
         let [x, y, _] = direction.0;
         let length = (x * x + y * y).sqrt();
         if length > 0.0 { vec3(x / length, y / length, 0.0) } else { vec3(1.0, 0.0, 0.0) }

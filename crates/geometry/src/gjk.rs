@@ -3,6 +3,7 @@
 //! Works on the difference set C = A - B: the nearest point of C to the origin is normal times distance.
 //! Knows no shapes; says `Touching` where rounding leaves no direction.
 
+use crate::kernel::NONE;
 use carom_math::{Column, Vec3};
 
 /// Steps after which the distance found so far is taken; flat shapes need about ten, curved ones about thirty.
@@ -62,6 +63,11 @@ impl Simplex {
     fn combine(&self, part: impl Fn(&Corner) -> Vec3) -> Vec3 {
         self.corners().iter().zip(&self.weights).fold(Vec3::ZERO, |s, (c, w)| s + part(c) * *w)
     }
+    /// The nearest point as one corner, which convex sets hold as well.
+    fn condensed(&self) -> Corner {
+        let (a, b) = self.witnesses();
+        Corner { c: self.combine(|c| c.c), a, b, names: [NONE, NONE] }
+    }
     /// The nearest points of A and of B.
     pub fn witnesses(&self) -> (Vec3, Vec3) {
         (self.combine(|c| c.a), self.combine(|c| c.b))
@@ -84,18 +90,23 @@ pub fn nearest(support: &impl Fn(Vec3) -> Corner, start: Vec3, reach: f64, scale
         if along > reach * distance {
             return Outcome::Beyond;
         }
+        if squared - along <= 4.0 * f64::EPSILON * (squared + scale * distance) {
+            break;
+        }
         let known = simplex.corners().iter().any(|s| s.c == corner.c);
-        if known || squared - along <= 4.0 * f64::EPSILON * (squared + scale * distance) {
-            break;
-        }
-        let Some(next) = with(&simplex, corner) else {
-            return Outcome::Touching;
+        let grown = if known { simplex } else {
+            match with(&simplex, corner) {
+                Some(grown) => grown,
+                None => return Outcome::Touching,
+            }
         };
-        let moved = next.combine(|c| c.c);
-        if moved.norm_squared() >= squared {
+        let nearer = |s: &Simplex| s.combine(|c| c.c).norm_squared() < squared;
+        // on curved sets the corners crowd until rounding rules the simplex: its nearest point takes its place
+        let next = if known || !nearer(&grown) { on_segment(simplex.condensed(), corner) } else { grown };
+        if !nearer(&next) {
             break;
         }
-        (simplex, point) = (next, moved);
+        (point, simplex) = (next.combine(|c| c.c), next);
     }
     Outcome::Apart(point, simplex)
 }
@@ -165,7 +176,7 @@ fn on_tetrahedron(corners: [Corner; 4]) -> Option<Simplex> {
         let normal = (q.c - p.c).cross(r.c - p.c);
         let inner = normal.dot(corners[opposite].c - p.c);
         let origin = -normal.dot(p.c);
-        let rounding = 1e-15 * normal.norm() * (p.c.norm() + corners[opposite].c.norm());
+        let rounding = 1e-10 * normal.norm() * (p.c.norm() + corners[opposite].c.norm());
         if origin * inner <= 0.0 || inner.abs() <= rounding {
             let face = on_triangle(p, q, r);
             let squared = face.combine(|c| c.c).norm_squared();

@@ -74,10 +74,19 @@ impl Kernel for Spatial {
             }
             _ => facing_patches(&pair, found.normal, &mut touches),
         }
+        for t in &mut touches {
+            // nothing is deeper than the farthest points: less comes from corners let in by the slack
+            let lift = (found.gap - t.gap).max(0.0);
+            (t.gap, t.on_a) = (t.gap + lift, t.on_a + t.normal * lift);
+        }
         let lowest = touches.iter().fold(f64::INFINITY, |m, t| m.min(t.gap));
         if witnessed && lowest > found.gap + 1e-12 * pair.scale {
             let Separation { normal, gap, on_a, on_b, label } = *found;
-            touches.push(Touch { normal, gap, on_a, on_b, label });
+            let witness = Touch { normal, gap, on_a, on_b, label };
+            match touches.iter_mut().find(|t| (t.on_b - on_b).norm() <= 10.0 * SAME_SIDE * pair.scale) {
+                Some(twin) => *twin = Touch { label: twin.label, ..witness },
+                None => touches.push(witness),
+            }
         }
         touches.retain(|t| t.gap <= reach);
         if touches.len() > 1 {
@@ -148,7 +157,7 @@ fn crossing_edges(of_a: &Patch, of_b: &Patch, normal: Vec3, slack: f64, out: &mu
         let (x, y) = (normal.dot((r - p).cross(v)) / area, normal.dot((r - p).cross(u)) / area);
         let (ex, ey) = (slack / u.norm(), slack / v.norm());
         if (-ex..=1.0 + ex).contains(&x) && (-ey..=1.0 + ey).contains(&y) {
-            let (on_a, on_b) = (p + u * x, r + v * y);
+            let (on_a, on_b) = (p + u * x.clamp(0.0, 1.0), r + v * y.clamp(0.0, 1.0));
             out.push(Touch { normal, gap: normal.dot(on_a - on_b), on_a, on_b, label });
         }
         return;

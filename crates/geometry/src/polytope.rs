@@ -90,6 +90,14 @@ impl<'a> View<'a> {
         }
         best
     }
+    /// Directions of the edges, parallel ones of a box once.
+    pub fn directions(&self) -> impl Iterator<Item = Vec3> + 'a {
+        let (points, count) = (self.points, if self.half.is_some() { 0 } else { self.edges.len() });
+        let axes = if self.half.is_some() { 3 } else { 0 };
+        let edge = move |e: &[u32; 2]| points[e[1] as usize] - points[e[0] as usize];
+        let axis = |k: usize| Vec3::from_fn(|i| if i == k { 1.0 } else { 0.0 });
+        self.edges[..count].iter().map(edge).chain((0..axes).map(axis))
+    }
     /// Corner indices of a face.
     pub fn ring(&self, face: usize) -> &'a [u32] {
         let Face { first, count, .. } = self.faces[face];

@@ -168,17 +168,33 @@ struct Region<const N: usize> {
     lines: Option<usize>,
     /// Jumps on every line.
     jumps: Vec<Vec<f64>>,
+    sum: TensorSum<N>,
+    /// Errors across the lines, or of the whole grid.
+    across: Errors,
+    /// Errors along the lines.
+    along: Errors,
+}
+
+/// An integral over some axes of a box.
+struct TensorSum<const N: usize> {
     integral: Moments<N>,
-    errors: Errors,
-    /// What every axis contributes to the errors; zero for the lines' own axis.
+    /// The rules' differences with their signs, over all axes.
+    difference: Moments<N>,
+    /// What every axis contributes to the errors; zero for axes that were not summed over.
     by_axis: [Errors; N],
 }
 
 impl<const N: usize> Region<N> {
+    /// Relative error of the region alone.
+    fn error(&self, scale: &ErrorScale) -> f64 {
+        let mut errors = self.across;
+        errors.add(1.0, &self.along);
+        scale.relative(&errors)
+    }
     /// Axis that resolves worst: along it lines will run, or the region is halved.
     fn worst_axis(&self, scale: &ErrorScale) -> usize {
         let usable = (0..N).filter(|&i| self.lines != Some(i));
-        let size = |i: usize| scale.relative(&self.by_axis[i]);
+        let size = |i: usize| scale.relative(&self.sum.by_axis[i]);
         usable.max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i))).unwrap_or(0)
     }
     /// False when halving would leave no room between nodes.
@@ -214,6 +230,12 @@ pub fn integrate<const N: usize>(
     // lines must resolve smooth densities by themselves
     let along = Rule::clenshaw_curtis((grid.len() - 1).max(8));
     let mut regions = first_pass(&mut sampler, &grid, cells)?;
+    let rough = sum_of(&regions, sampler.origin()).0;
+    if ErrorScale::of(&rough).is_some_and(|scale| scale.offset > 0.5 * scale.gyration) {
+        // about the shape's centre the errors of a small heavy part far from it would count several times over
+        sampler.integrand.origin = rough.center();
+        regions = first_pass(&mut sampler, &grid, cells)?;
+    }
     loop {
         let (total, errors) = sum_of(&regions, sampler.origin());
         let Some(scale) = ErrorScale::of(&total) else {
@@ -293,13 +315,19 @@ fn end_of_budget<const N: usize>(
     ))
 }
 
-/// Sums over regions, in their order.
+/// Sums over regions, in their order. Errors of regions that jumps cross at different places have random signs
+/// and add as squares; what they have in common shows in the sum of the rules' differences, signs and all.
 fn sum_of<const N: usize>(regions: &[Region<N>], origin: Tuple<N>) -> (Moments<N>, Errors) {
-    let (mut total, mut errors) = (Moments::zero(origin), Errors::default());
+    let (mut total, mut common) = (Moments::zero(origin), Moments::zero(origin));
+    let (mut squares, mut errors) = (Errors::default(), Errors::default());
     for region in regions {
-        total.add_scaled(1.0, &region.integral);
-        errors.add(1.0, &region.errors);
+        total.add_scaled(1.0, &region.sum.integral);
+        common.add_scaled(1.0, &region.sum.difference);
+        squares.add(1.0, &Errors(region.across.0.map(|e| e * e)));
+        errors.add(1.0, &region.along);
     }
+    errors.add(1.0, &Errors(squares.0.map(f64::sqrt)));
+    errors.add(1.0, &Errors::of(&common, SAFETY));
     (total, errors)
 }
 
@@ -331,11 +359,9 @@ fn first_pass<const N: usize>(
             })
             .collect();
         let axes: Vec<usize> = (0..N).collect();
-        let (integral, by_axis) = tensor_sum(grid, &values, (low, high), &axes);
-        let mut errors = Errors::default();
-        by_axis.iter().for_each(|own| errors.add(1.0, own));
-        let (lines, jumps) = (None, Vec::new());
-        regions.push(Region { cell, low, high, lines, jumps, integral, errors, by_axis });
+        let sum = tensor_sum(grid, &values, (low, high), &axes);
+        let (lines, jumps, across, along) = (None, Vec::new(), sum.errors(), Errors::default());
+        regions.push(Region { cell, low, high, lines, jumps, sum, across, along });
     }
     Ok(regions)
 }
@@ -350,42 +376,52 @@ fn digits<const N: usize>(index: usize, base: usize) -> [usize; N] {
     })
 }
 
-/// Integral over some axes of a box from values on the grid, and the errors that these axes contribute.
-/// An axis's error is the integral over the other axes of the size of its rules' difference, so that errors of
-/// neighbouring lines do not cancel.
+impl<const N: usize> TensorSum<N> {
+    /// What all axes contribute.
+    fn errors(&self) -> Errors {
+        let mut errors = Errors::default();
+        self.by_axis.iter().for_each(|own| errors.add(1.0, own));
+        errors
+    }
+}
+
+/// Integral over some axes of a box from values on the grid. An axis's error is the integral over the other axes
+/// of the size of its rules' difference, so that errors of neighbouring lines do not cancel.
 fn tensor_sum<const N: usize>(
     grid: &Rule,
     values: &[Moments<N>],
     (low, high): ([f64; N], [f64; N]),
     axes: &[usize],
-) -> (Moments<N>, [Errors; N]) {
+) -> TensorSum<N> {
     let base = grid.len();
     let volume: f64 = axes.iter().map(|&i| high[i] - low[i]).product();
-    let weight = |at: &[usize; N], skip: usize| -> f64 {
-        (0..axes.len()).filter(|&d| d != skip).map(|d| grid.fine[at[d]]).product()
+    let weight = |index: usize, skip: usize| -> f64 {
+        let at = digits::<N>(index, base);
+        volume * (0..axes.len()).filter(|&d| d != skip).map(|d| grid.fine[at[d]]).product::<f64>()
     };
     let mut integral = Moments::zero(values[0].origin);
     for (index, value) in values.iter().enumerate() {
-        integral.add_scaled(volume * weight(&digits(index, base), usize::MAX), value);
+        integral.add_scaled(weight(index, usize::MAX), value);
     }
-    let mut by_axis = [Errors::default(); N];
+    let (mut difference, mut by_axis) = (Moments::zero(integral.origin), [Errors::default(); N]);
     for (d, &axis) in axes.iter().enumerate() {
         let stride = base.pow(d as u32);
         for start in (0..values.len()).filter(|index| index / stride % base == 0) {
-            let mut difference = Moments::zero(integral.origin);
+            let mut own = Moments::zero(integral.origin);
             for j in 0..base {
-                difference.add_scaled(grid.difference[j], &values[start + j * stride]);
+                own.add_scaled(grid.difference[j], &values[start + j * stride]);
             }
-            by_axis[axis].add(volume * weight(&digits(start, base), d), &Errors::of(&difference, SAFETY));
+            difference.add_scaled(weight(start, d), &own);
+            by_axis[axis].add(weight(start, d), &Errors::of(&own, SAFETY));
         }
     }
-    (integral, by_axis)
+    TensorSum { integral, difference, by_axis }
 }
 
 /// Picks the regions with the largest errors and says what replaces them: after the first pass lines along the
 /// worst axis, after that two halves.
 fn next_tasks<const N: usize>(regions: &[Region<N>], scale: &ErrorScale, grid: &Rule) -> Vec<Task<N>> {
-    let relative: Vec<f64> = regions.iter().map(|r| scale.relative(&r.errors)).collect();
+    let relative: Vec<f64> = regions.iter().map(|r| r.error(scale)).collect();
     let mut order: Vec<usize> = (0..regions.len()).filter(|&i| regions[i].can_shrink(scale)).collect();
     order.sort_by(|&i, &j| relative[j].total_cmp(&relative[i]).then(i.cmp(&j)));
     let half = 0.5 * relative.iter().sum::<f64>();
@@ -452,17 +488,17 @@ fn doubt_halves<const N: usize>(tasks: &[Task<N>], regions: &[Region<N>], refine
         if whole.lines.is_none() {
             continue;
         }
-        let mut change = whole.integral;
-        halves.iter().for_each(|half| change.add_scaled(-1.0, &half.integral));
+        let mut change = whole.sum.integral;
+        halves.iter().for_each(|half| change.add_scaled(-1.0, &half.sum.integral));
         let least = Errors::of(&change, 0.125);
-        halves.iter_mut().for_each(|half| half.errors.raise(&least));
+        halves.iter_mut().for_each(|half| half.across.raise(&least));
     }
 }
 
-/// Of a region's lines around a place, the jumps of the one that has most.
-fn nearby_jumps<'a, const N: usize>(grid: &Rule, region: &'a Region<N>, at: &[f64; N]) -> &'a [f64] {
+/// Jumps of a region's lines around a place, ascending.
+fn nearby_jumps<const N: usize>(grid: &Rule, region: &Region<N>, at: &[f64; N]) -> Vec<f64> {
     let Some(axis) = region.lines else {
-        return &[];
+        return Vec::new();
     };
     let mut around = vec![0];
     for (d, i) in (0..N).filter(|&i| i != axis).enumerate() {
@@ -471,8 +507,9 @@ fn nearby_jumps<'a, const N: usize>(grid: &Rule, region: &'a Region<N>, at: &[f6
         let stride = grid.len().pow(d as u32);
         around = around.iter().flat_map(|&k| [k + (after - 1) * stride, k + after * stride]).collect();
     }
-    let all = around.into_iter().map(|k| region.jumps[k].as_slice());
-    all.reduce(|most, own| if own.len() > most.len() { own } else { most }).unwrap_or(&[])
+    let mut jumps: Vec<f64> = around.into_iter().flat_map(|k| region.jumps[k].iter().copied()).collect();
+    jumps.sort_by(f64::total_cmp);
+    jumps
 }
 
 /// A region from the integrals of its lines: their errors add to those across.
@@ -480,15 +517,14 @@ fn stacked<const N: usize>(grid: &Rule, task: &Task<N>, lines: &[LineIntegral<N>
     let &Task { cell, low, high, axis, .. } = task;
     let axes: Vec<usize> = (0..N).filter(|&i| i != axis).collect();
     let values: Vec<Moments<N>> = lines.iter().map(|line| line.value).collect();
-    let (integral, by_axis) = tensor_sum(grid, &values, (low, high), &axes);
-    let mut errors = Errors::default();
-    by_axis.iter().for_each(|own| errors.add(1.0, own));
+    let sum = tensor_sum(grid, &values, (low, high), &axes);
+    let (across, mut along) = (sum.errors(), Errors::default());
     let area: f64 = axes.iter().map(|&i| high[i] - low[i]).product();
     for (index, line) in lines.iter().enumerate() {
         let at: [usize; N] = digits(index, grid.len());
         let weight: f64 = (0..axes.len()).map(|d| grid.fine[at[d]]).product();
-        errors.add(area * weight, &line.errors);
+        along.add(area * weight, &line.errors);
     }
     let jumps = lines.iter().map(|line| line.jumps.clone()).collect();
-    Region { cell, low, high, lines: Some(axis), jumps, integral, errors, by_axis }
+    Region { cell, low, high, lines: Some(axis), jumps, sum, across, along }
 }

@@ -21,7 +21,7 @@ pub(crate) struct Line<'a, const N: usize> {
     /// From where to where on `axis`.
     pub span: [f64; 2],
     /// Where a neighbour jumps, ascending, inside the span.
-    pub hints: &'a [f64],
+    pub hints: Vec<f64>,
 }
 
 impl<const N: usize> Line<'_, N> {

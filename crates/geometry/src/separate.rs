@@ -5,7 +5,7 @@
 //! cores apart along the best direction, which leaves the best direction what it is.
 //! Knows no radii; where the curved answer is a local best, a deeper overlap may have a better one elsewhere.
 
-use crate::core_spatial::SpatialCore;
+use crate::core_spatial::{Round, SpatialCore};
 use crate::gjk::{Corner, Outcome, nearest};
 use crate::kernel::{Kernel, Label, NONE, Separation};
 use crate::polytope::View;
@@ -19,6 +19,12 @@ const NEAR: f64 = 1e-9;
 const CLEAR: f64 = 1e-5;
 /// A found direction may mean a face whose normal leans this much along it \[1\].
 const FACES: f64 = 0.99;
+/// Overlaps of curved cores beyond this fraction of the scale are looked at from several sides \[1\].
+const DEEP: f64 = 1e-3;
+/// Most refinements of a direction between curved cores; shallow overlaps need two or three.
+const REFINEMENTS: usize = 24;
+/// A refinement that gains less than this fraction of the scale ends the search \[1\].
+const SETTLED: f64 = 1e-13;
 /// Crossed edges must beat a face by this fraction of the scale \[1\]: a resting face stays a face.
 const EDGE_BIAS: f64 = 1e-10;
 
@@ -34,6 +40,14 @@ pub struct Pair<'a> {
     matrix: [[f64; 3]; 3],
     /// Length against which rounding is measured \[m\].
     pub scale: f64,
+}
+
+/// Whose face a direction is the normal of.
+#[derive(Clone, Copy, Debug)]
+enum Face {
+    OfA,
+    OfB,
+    None,
 }
 
 /// A row-by-row matrix times a vector.
@@ -129,7 +143,8 @@ impl<'a> Pair<'a> {
         if let Some((f, lean)) = b.face_toward(self.into_b(n)) {
             meant[1] = (lean > FACES).then(|| self.out_of_b(b.faces[f].normal));
         }
-        if let ([i, j], [k, l]) = (&distinct(corners, 0)[..], &distinct(corners, 1)[..]) {
+        let known = corners.iter().all(|c| !c.names.contains(&NONE));
+        if let (true, [i, j], [k, l]) = (known, &distinct(corners, 0)[..], &distinct(corners, 1)[..]) {
             let crossed = edge(a, [*i, *j]).cross(self.out_of_b(edge(b, [*k, *l]))).normalized();
             meant[2] = crossed.map(|c| if c.dot(n) < 0.0 { -c } else { c });
         }
@@ -145,19 +160,25 @@ impl<'a> Pair<'a> {
     /// The best face normal or pair of crossed edges of two flat cores that touch or overlap.
     fn touching(&self, a: &View, b: &View) -> Option<Separation<Spatial>> {
         let mut best: Option<Separation<Spatial>> = None;
-        let mut try_normal = |normal: Vec3, bias: f64, label: Option<Label>| {
-            let s = self.along(normal);
-            if best.is_none_or(|t| s.gap > t.gap + bias * self.scale) {
-                best = Some(Separation { label: label.unwrap_or(s.label), ..s });
+        let mut try_normal = |normal: Vec3, face: Face| {
+            let mut s = self.along(normal);
+            // the corner that meets the face and its foot there: the face's own farthest corner may be far away
+            match face {
+                Face::OfA => s.on_a = s.on_b + normal * s.gap,
+                Face::OfB => s.on_b = s.on_a - normal * s.gap,
+                Face::None => {}
+            }
+            if best.is_none_or(|t| s.gap > t.gap + EDGE_BIAS * self.scale) {
+                best = Some(s);
             }
         };
-        a.faces.iter().for_each(|f| try_normal(-f.normal, EDGE_BIAS, None));
-        b.faces.iter().for_each(|f| try_normal(self.out_of_b(f.normal), EDGE_BIAS, None));
+        a.faces.iter().for_each(|f| try_normal(-f.normal, Face::OfA));
+        b.faces.iter().for_each(|f| try_normal(self.out_of_b(f.normal), Face::OfB));
         if a.faces.is_empty() && b.faces.is_empty() {
             // two segments, or points on them: any direction across stands in for a face
             for e in a.edges.iter().map(|e| edge(a, *e)).chain(b.edges.iter().map(|e| self.out_of_b(edge(b, *e)))) {
                 if let Some(unit) = e.normalized() {
-                    try_normal(Spatial::tangent(unit, 0), EDGE_BIAS, None);
+                    try_normal(Spatial::tangent(unit, 0), Face::None);
                 }
             }
         }
@@ -246,32 +267,66 @@ impl<'a> Pair<'a> {
     }
 
     fn curved(&self, reach: f64) -> Option<Separation<Spatial>> {
-        let mut best = self.best_candidate();
-        if best.gap > reach {
+        let support = |d| self.corner(d, Vec3::ZERO);
+        let outcome = nearest(&support, self.between_centers(), reach, self.scale);
+        if matches!(outcome, Outcome::Beyond) {
             return None;
         }
-        if best.gap > -CLEAR * self.scale {
-            let support = |d| self.corner(d, Vec3::ZERO);
-            match nearest(&support, best.normal, reach, self.scale) {
-                Outcome::Beyond => return None,
-                Outcome::Apart(point, simplex) if point.norm() > CLEAR * self.scale => {
-                    let (on_a, on_b) = simplex.witnesses();
-                    let found = apart(point, on_a, on_b, label_of(simplex.corners()));
-                    let better = found.gap > best.gap + 4.0 * ROUNDING * self.scale;
-                    return Some(if better { found } else { Separation { on_a, on_b, ..best } });
+        let best = self.best_candidate();
+        if let Outcome::Apart(point, simplex) = outcome {
+            let distance = point.norm();
+            if distance > CLEAR * self.scale {
+                let (on_a, on_b) = simplex.witnesses();
+                // curved cores stop the search a little short: s(n) is what its direction is worth
+                let gap = self.along(point * (1.0 / distance)).gap;
+                if gap <= best.gap + 4.0 * ROUNDING * self.scale {
+                    return Some(Separation { on_a, on_b, ..best });
                 }
-                _ => {}
+                return Some(Separation { gap, ..apart(point, on_a, on_b, label_of(simplex.corners())) });
             }
         }
-        for _ in 0..24 {
+        let mut found = self.refined(best);
+        if found.gap < -DEEP * self.scale {
+            // deep curved overlaps have several local bests: look from the centres and from the sides too
+            let (n, t, u) = (best.normal, Spatial::tangent(best.normal, 0), Spatial::tangent(best.normal, 1));
+            for start in [self.between_centers(), n + t, n - t, n + u, n - u] {
+                let other = start.normalized().map_or(found, |unit| self.refined(self.along(unit)));
+                if other.gap > found.gap + SETTLED * self.scale {
+                    found = other;
+                }
+            }
+        }
+        Some(found)
+    }
+
+    /// The local best of s(n) near a direction.
+    fn refined(&self, start: Separation<Spatial>) -> Separation<Spatial> {
+        let mut best = start;
+        for _ in 0..REFINEMENTS {
             let refined = self.moved_apart(&best);
-            let gain = refined.gap - best.gap;
-            if gain <= 4.0 * ROUNDING * self.scale {
+            if refined.gap <= best.gap + SETTLED * self.scale {
+                (best.on_a, best.on_b) = (refined.on_a, refined.on_b);
                 break;
             }
-            best = refined;
+            best = self.further(&best, refined);
         }
-        Some(best)
+        best
+    }
+
+    /// Goes on from a better direction the way it came, in doubling steps, while s(n) grows: deep inside, moving
+    /// apart gains only a part of the way each time.
+    fn further(&self, from: &Separation<Spatial>, to: Separation<Spatial>) -> Separation<Spatial> {
+        let way = to.normal - from.normal;
+        let (mut best, mut stride) = (to, 1.0);
+        while let Some(unit) = (to.normal + way * stride).normalized() {
+            let s = self.along(unit);
+            if s.gap <= best.gap {
+                break;
+            }
+            best = Separation { normal: unit, gap: s.gap, ..to };
+            stride *= 2.0;
+        }
+        best
     }
 
     /// The distance direction of the cores after moving them apart along a direction, judged where they are.
@@ -292,10 +347,14 @@ impl<'a> Pair<'a> {
 
     /// The best of the directions that flat and straight parts of the two cores suggest.
     fn best_candidate(&self) -> Separation<Spatial> {
-        let mut best = self.along(self.between_centers().normalized().unwrap_or(vec3(0.0, 0.0, 1.0)));
+        let centers = self.between_centers();
+        let mut best = self.along(centers.normalized().unwrap_or(vec3(0.0, 0.0, 1.0)));
+        // cores that are their own mirror images about their centres overlap least on the side they are on
+        let symmetric = is_symmetric(self.a) && is_symmetric(self.b);
         let mut consider = |direction: Vec3| {
             let Some(unit) = direction.normalized() else { return };
-            for normal in [unit, -unit] {
+            let unit = if unit.dot(centers) < 0.0 { -unit } else { unit };
+            for normal in [unit, -unit].into_iter().take(if symmetric { 1 } else { 2 }) {
                 let s = self.along(normal);
                 if s.gap > best.gap + ROUNDING * self.scale {
                     best = s;
@@ -304,26 +363,41 @@ impl<'a> Pair<'a> {
         };
         let up = vec3(0.0, 0.0, 1.0);
         let across = |d: Vec3, axis: Vec3| d - axis * d.dot(axis);
-        let centers = self.between_centers();
-        let axis_b = self.out_of_b(up);
-        if let Some(view) = self.a.view() {
-            view.faces.iter().for_each(|f| consider(f.normal));
-            view.edges.iter().for_each(|e| consider(edge(&view, *e).cross(axis_b)));
-            consider(across(centers, axis_b));
-            consider(axis_b);
-        } else if let Some(view) = self.b.view() {
-            view.faces.iter().for_each(|f| consider(self.out_of_b(f.normal)));
-            view.edges.iter().for_each(|e| consider(self.out_of_b(edge(&view, *e)).cross(up)));
-            consider(across(centers, up));
-            consider(up);
-        } else {
-            consider(up);
-            consider(axis_b);
-            consider(up.cross(axis_b));
-            consider(across(centers, up));
-            consider(across(centers, axis_b));
+        match (self.a, self.b) {
+            (SpatialCore::Round(_), SpatialCore::Round(_)) => {
+                let axis_b = self.out_of_b(up);
+                consider(up);
+                consider(axis_b);
+                consider(up.cross(axis_b));
+                consider(across(centers, up));
+                consider(across(centers, axis_b));
+            }
+            (SpatialCore::Round(round), flat) | (flat, SpatialCore::Round(round)) => {
+                let round_is_a = matches!(self.a, SpatialCore::Round(_));
+                let out = |d: Vec3| if round_is_a { d } else { self.out_of_b(d) };
+                let into = |d: Vec3| if round_is_a { self.out_of_b(d) } else { self.into_b(d) };
+                let place = |p: Vec3| {
+                    if round_is_a { self.point_of_b(p) } else { self.into_b(p - self.place.position) }
+                };
+                consider(out(up));
+                let Some(view) = flat.view() else { return best };
+                // everything below is asked for in the round core's frame
+                view.faces.iter().for_each(|f| consider(out(into(f.normal))));
+                view.directions().for_each(|e| consider(out(into(e).cross(up))));
+                view.points.iter().for_each(|p| consider(out(round.side_normal(Round::radial(place(*p))))));
+            }
+            _ => {}
         }
         best
+    }
+}
+
+fn is_symmetric(core: &SpatialCore) -> bool {
+    match core {
+        SpatialCore::Round(round) => !round.apex,
+        SpatialCore::Polytope(p) => p.half.is_some(),
+        SpatialCore::Point(_) | SpatialCore::Segment(_) => true,
+        SpatialCore::Triangle(..) => false,
     }
 }
 

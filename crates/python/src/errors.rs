@@ -65,6 +65,9 @@ pub fn step(py: Python<'_>, e: &StepError) -> PyErr {
         StepError::NotFinite { body, field, value, remedy, .. } => {
             parts = Parts { body: Some(body), field: Some(field), value: Some(value), remedy: Some(remedy), ..parts };
         }
+        StepError::FixedMoves { body, field, value, remedy, .. } => {
+            parts = Parts { body: Some(body), field: Some(field), value: Some(value), remedy: Some(remedy), ..parts };
+        }
         StepError::Argument { field, remedy, .. } => {
             parts = Parts { field: Some(field), remedy: Some(remedy), ..parts };
         }

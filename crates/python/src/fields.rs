@@ -4,7 +4,7 @@
 
 use crate::arrays;
 use carom::{Column, ForceField, Geometry, Motion, World, Wrench};
-use numpy::{PyArrayMethods, PyReadonlyArray1};
+use numpy::PyReadonlyArray1;
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

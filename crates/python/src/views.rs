@@ -5,7 +5,7 @@ use crate::core::Core;
 use crate::errors;
 use carom::{Column, Geometry, Rotation};
 use numpy::ndarray::ArrayView2;
-use numpy::{PyArray2, PyUntypedArray};
+use numpy::PyArray2;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ pub fn view<'py, S: Geometry>(
     core: &Core<S>,
     owner: &Bound<'py, PyAny>,
     which: usize,
-) -> PyResult<Bound<'py, PyUntypedArray>> {
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let py = owner.py();
     let keeper = ViewKeeper { _world: owner.clone().unbind(), _token: core.views.0[which].clone() };
     let keeper = Bound::new(py, keeper)?.into_any();
@@ -71,9 +71,8 @@ pub fn view<'py, S: Geometry>(
     // the Python world, which holds the list. Moves: only adding, removing and replacing bodies can reallocate
     // the list, and `Core` refuses these while the keeper's token is alive. Races: a running step works on other
     // memory (`Core::advance`) and writes here only after it has the interpreter's lock again.
-    let array = unsafe {
+    Ok(unsafe {
         let numbers = ArrayView2::from_shape_ptr((rows, width), start.cast_const());
         PyArray2::borrow_from_array(&numbers, keeper)
-    };
-    Ok(array.as_untyped().clone())
+    })
 }

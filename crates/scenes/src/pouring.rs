@@ -1,7 +1,7 @@
 //! Many bodies poured in space: a pile of mixed convex bodies in a box, rocks on a terrain.
 
 use crate::chance::Chance;
-use crate::stage::{Stage, settings};
+use crate::stage::settings;
 use carom::{BodySpec, BuildError, Settings, Spatial, SpatialShape, Turn, Vec3, World3, vec3};
 
 /// Distance of neighbours in the grid from which the pile falls \[m\].

@@ -1,5 +1,7 @@
-//! Refusing a contact problem that cannot be one: the first wrong entry is named with its value.
+//! Refusing a contact problem that cannot be one: the first wrong entry is named with its value. Passing says
+//! that the solvers can work on it, not that it has a solution.
 
+use crate::prepared::{PreparedContact, Row};
 use crate::problem::{ContactProblem, ProblemError};
 use carom_math::{Column, Inertia, Space};
 
@@ -10,11 +12,19 @@ fn refuse(place: String, problem: String, remedy: &str) -> Result<(), ProblemErr
 /// See [`ContactProblem::check`].
 pub fn check<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {
     if p.space != S::NAME {
-        return refuse("space".into(), format!("got {:?}, wanted {:?}", p.space, S::NAME), "load it with the other space");
+        return refuse(
+            "space".into(),
+            format!("got {:?}, wanted {:?}", p.space, S::NAME),
+            "load it with the other space",
+        );
     }
     if p.inverse_masses.len() != p.velocities.len() {
         let (m, v) = (p.inverse_masses.len(), p.velocities.len());
-        return refuse("velocities".into(), format!("{v} velocities for {m} bodies"), "give one velocity per body");
+        return refuse(
+            "velocities".into(),
+            format!("{v} velocities for {m} bodies"),
+            "give one velocity per body",
+        );
     }
     check_bodies(p)?;
     check_contacts(p)?;
@@ -24,10 +34,18 @@ pub fn check<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {
 fn check_bodies<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {
     for (i, m) in p.inverse_masses.iter().enumerate() {
         if !(m.linear >= 0.0 && m.linear.is_finite()) {
-            return refuse(format!("inverse_masses[{i}].linear"), format!("got {}", m.linear), "give a finite number >= 0");
+            return refuse(
+                format!("inverse_masses[{i}].linear"),
+                format!("got {}", m.linear),
+                "give a finite number >= 0",
+            );
         }
         if !m.angular.is_finite() {
-            return refuse(format!("inverse_masses[{i}].angular"), "not finite".into(), "give finite entries");
+            return refuse(
+                format!("inverse_masses[{i}].angular"),
+                "not finite".into(),
+                "give finite entries",
+            );
         }
         let (principal, _) = S::principal(&m.angular);
         let floor = -1e-12 * principal.max_abs();
@@ -50,10 +68,18 @@ fn check_contacts<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {
     for (i, c) in p.contacts.iter().enumerate() {
         let at = |field: &str| format!("contacts[{i}].{field}");
         if c.a >= bodies || c.b >= bodies || c.a == c.b {
-            return refuse(at("a, b"), format!("{} and {} of {bodies} bodies", c.a, c.b), "give two different bodies");
+            return refuse(
+                at("a, b"),
+                format!("{} and {} of {bodies} bodies", c.a, c.b),
+                "give two different bodies",
+            );
         }
         if p.inverse_masses[c.a].is_fixed() && p.inverse_masses[c.b].is_fixed() {
-            return refuse(at("a, b"), "both bodies are fixed".into(), "leave contacts between obstacles out");
+            return refuse(
+                at("a, b"),
+                "both bodies are fixed".into(),
+                "leave contacts between obstacles out",
+            );
         }
         let length = c.normal.norm();
         if length.is_nan() || (length - 1.0).abs() > 1e-9 {
@@ -62,6 +88,11 @@ fn check_contacts<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {
         if !(c.arm_a.is_finite() && c.arm_b.is_finite()) {
             return refuse(at("arm_a, arm_b"), "not finite".into(), "give finite arms");
         }
+        let own = PreparedContact::new(c, &p.inverse_masses).normal.inverse_effective_mass;
+        if !is_usable(own) {
+            let problem = format!("inverse effective mass {own:e} along the normal");
+            return refuse(at("a, b"), problem, "an impulse along the normal must move one of the bodies");
+        }
         for (field, value, low, high) in [
             ("gap", c.gap, f64::NEG_INFINITY, f64::INFINITY),
             ("target", c.target, f64::NEG_INFINITY, f64::INFINITY),
@@ -69,7 +100,11 @@ fn check_contacts<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {
             ("friction", c.friction, 0.0, f64::INFINITY),
         ] {
             if !(value.is_finite() && value >= low && value <= high) {
-                return refuse(at(field), format!("got {value}"), &format!("give a finite number in [{low}, {high}]"));
+                return refuse(
+                    at(field),
+                    format!("got {value}"),
+                    &format!("give a finite number in [{low}, {high}]"),
+                );
             }
         }
     }
@@ -81,18 +116,33 @@ fn check_rows<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {
     for (i, r) in p.rows.iter().enumerate() {
         let at = |field: &str| format!("rows[{i}].{field}");
         if r.a >= bodies || r.b >= bodies {
-            return refuse(at("a, b"), format!("{} and {} of {bodies} bodies", r.a, r.b), "give bodies that exist");
+            return refuse(
+                at("a, b"),
+                format!("{} and {} of {bodies} bodies", r.a, r.b),
+                "give bodies that exist",
+            );
         }
-        if !(r.on_a.is_finite() && r.on_b.is_finite() && r.target.is_finite()) {
-            return refuse(at("on_a, on_b, target"), "not finite".into(), "give finite coefficients");
+        if !(r.on_a.is_finite() && r.on_b.is_finite()) {
+            return refuse(at("on_a, on_b"), "not finite".into(), "give finite coefficients");
         }
-        let own = p.inverse_masses[r.a].apply(&r.on_a).dot(&r.on_a) + p.inverse_masses[r.b].apply(&r.on_b).dot(&r.on_b);
-        if own <= 0.0 {
-            return refuse(at("on_a, on_b"), "moves no body".into(), "give coefficients on a body that can move");
+        if !r.target.is_finite() {
+            return refuse(at("target"), format!("got {}", r.target), "give a finite number");
         }
-        if r.lo.is_nan() || r.hi.is_nan() || r.lo > r.hi {
-            return refuse(at("lo, hi"), format!("got [{}, {}]", r.lo, r.hi), "give lo <= hi");
+        let own = Row::new(r.a, r.b, r.on_a, r.on_b, &p.inverse_masses).inverse_effective_mass;
+        if !is_usable(own) {
+            let problem = format!("inverse effective mass {own:e}");
+            return refuse(at("on_a, on_b"), problem, "give coefficients on a body that can move");
+        }
+        if r.lo.is_nan() || r.hi.is_nan() || r.lo > r.hi || r.lo == f64::INFINITY || r.hi == f64::NEG_INFINITY
+        {
+            let remedy = "give lo <= hi, of which lo may be -inf and hi inf";
+            return refuse(at("lo, hi"), format!("got [{}, {}]", r.lo, r.hi), remedy);
         }
     }
     Ok(())
+}
+
+/// True for an inverse mass that a solver can divide by.
+fn is_usable(inverse_mass: f64) -> bool {
+    inverse_mass.is_finite() && inverse_mass > 0.0 && (1.0 / inverse_mass).is_finite()
 }

@@ -1,9 +1,16 @@
-//! One collision, piece by piece (theory chapter 3, items 14-19): offsets, relative velocity, effective mass,
-//! impulse, linear and angular response. The five steps of the notes' recap, for body against body and for
-//! body against obstacle (an obstacle has zero inverse masses).
+//! One collision, piece by piece (theory eqs. 3.1 to 3.13, items 16-19): test, offsets, effective mass, impulse,
+//! linear and angular response. The five steps of the notes' recap, for body against body and for body against
+//! obstacle (an obstacle has zero inverse masses, a particle zero inverse inertia). Knows no shapes: the point,
+//! the normal and the gap come from whoever detects.
 
 use crate::problem::{InverseMass, Twist};
 use carom_math::{Column, Inertia, Space};
+
+/// Step 1, after detection: bodies collide when they touch and approach (theory eq. 3.2). Without this test a pair
+/// that separates already would be pulled together.
+pub fn collides(gap: f64, normal_velocity: f64) -> bool {
+    gap <= 0.0 && normal_velocity < 0.0
+}
 
 /// Step 2: offset of the contact point from a centre of mass, r = x - x_c \[m\].
 pub fn offset<S: Space>(point: S::Vector, center: S::Vector) -> S::Vector {
@@ -39,17 +46,31 @@ pub fn normal_impulse(normal_velocity: f64, restitution: f64, effective_mass: f6
 }
 
 /// Step 4: v + m^-1 j.
-pub fn linear_response<S: Space>(velocity: S::Vector, mass: &InverseMass<S>, impulse: S::Vector) -> S::Vector {
+pub fn linear_response<S: Space>(
+    velocity: S::Vector,
+    mass: &InverseMass<S>,
+    impulse: S::Vector,
+) -> S::Vector {
     velocity + impulse * mass.linear
 }
 
 /// Step 5: w + I^-1 (r x j).
-pub fn angular_response<S: Space>(spin: S::Spin, mass: &InverseMass<S>, arm: S::Vector, impulse: S::Vector) -> S::Spin {
+pub fn angular_response<S: Space>(
+    spin: S::Spin,
+    mass: &InverseMass<S>,
+    arm: S::Vector,
+    impulse: S::Vector,
+) -> S::Spin {
     spin + mass.angular.apply(S::moment(arm, impulse))
 }
 
 /// Steps 4 and 5 together: an impulse at a point of a body (item 16).
-pub fn apply_impulse<S: Space>(velocity: &Twist<S>, mass: &InverseMass<S>, arm: S::Vector, impulse: S::Vector) -> Twist<S> {
+pub fn apply_impulse<S: Space>(
+    velocity: &Twist<S>,
+    mass: &InverseMass<S>,
+    arm: S::Vector,
+    impulse: S::Vector,
+) -> Twist<S> {
     Twist {
         linear: linear_response(velocity.linear, mass, impulse),
         angular: angular_response::<S>(velocity.angular, mass, arm, impulse),

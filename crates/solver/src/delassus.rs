@@ -2,7 +2,7 @@
 //! sparse, in compressed rows. For users' eyes, for the matrix solvers, for pictures of A's pattern.
 
 use crate::prepared::Prepared;
-use crate::problem::{ContactProblem, Twist};
+use crate::problem::{ContactProblem, Impulses, Twist};
 use carom_math::{Column, Inertia, Space};
 
 /// A sparse matrix in compressed rows, columns ascending within a row.
@@ -78,7 +78,7 @@ fn push_twist<S: Space>(row: &mut Vec<(usize, f64)>, body: usize, t: &Twist<S>) 
 /// J: one row per scalar unknown, DOF columns per body (linear, then angular).
 pub fn jacobian<S: Space>(problem: &ContactProblem<S>) -> Csr {
     let prepared = Prepared::of(problem);
-    let rows = prepared.scalar_rows().into_iter().map(|r| {
+    let rows = prepared.scalar_rows(&problem.inverse_masses).into_iter().map(|r| {
         let mut row = Vec::with_capacity(2 * S::DOF);
         push_twist(&mut row, r.a, &r.on_a);
         push_twist(&mut row, r.b, &r.on_b);
@@ -111,7 +111,7 @@ pub fn delassus<S: Space>(problem: &ContactProblem<S>) -> Csr {
 
 /// The same with the rows already prepared.
 pub fn delassus_of<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>) -> Csr {
-    let rows = prepared.scalar_rows();
+    let rows = prepared.scalar_rows(&problem.inverse_masses);
     let mut touching: Vec<Vec<usize>> = vec![Vec::new(); problem.inverse_masses.len()];
     for (i, r) in rows.iter().enumerate() {
         for body in [r.a, r.b] {
@@ -127,16 +127,21 @@ pub fn delassus_of<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>
         }
         near.sort_unstable();
         near.dedup();
-        near.into_iter().map(|j| (j, r.coupling(rows[j]))).collect()
+        near.into_iter().map(|j| (j, r.coupling(&rows[j]))).collect()
     });
     Csr::from_rows(rows.len(), entries.collect::<Vec<_>>().into_iter())
 }
 
 /// b = target - J v over the scalar rows (tangential targets are zero): A gamma - b = u - target.
 pub fn right_hand_side<S: Space>(problem: &ContactProblem<S>) -> Vec<f64> {
-    let targets = targets(problem);
-    let prepared = Prepared::of(problem);
-    prepared.scalar_rows().iter().zip(targets).map(|(r, t)| t - r.velocity(&problem.velocities)).collect()
+    right_hand_side_of(problem, &Prepared::of(problem))
+}
+
+/// The same with the rows already prepared.
+pub fn right_hand_side_of<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>) -> Vec<f64> {
+    let mut b = prepared.velocity_errors(problem, &Impulses::zero(problem));
+    b.iter_mut().for_each(|x| *x = -*x);
+    b
 }
 
 /// Targets of all scalar rows.

@@ -7,7 +7,11 @@ use carom_math::Space;
 pub const LARGEST_TEXT: usize = 1 << 30;
 
 fn unreadable(problem: String) -> ProblemError {
-    ProblemError { place: "file".into(), problem, remedy: "give a file written by carom's ContactProblem.save".into() }
+    ProblemError {
+        place: "file".into(),
+        problem,
+        remedy: "give a file written by carom's ContactProblem.save".into(),
+    }
 }
 
 /// The problem as text.

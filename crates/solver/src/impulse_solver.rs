@@ -28,7 +28,12 @@ pub trait ImpulseSolver<S: Space>: Send {
     /// The solver's name as users write it.
     fn name(&self) -> &'static str;
     /// Solves in place: `impulses` is the warm start on entry and the answer on return.
-    fn solve(&mut self, problem: &ContactProblem<S>, settings: &SolveSettings, impulses: &mut Impulses<S>) -> Outcome;
+    fn solve(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+    ) -> Outcome;
 }
 
 /// The solvers by name.
@@ -50,8 +55,13 @@ pub enum SolverKind {
 
 impl SolverKind {
     /// All solvers.
-    pub const ALL: [SolverKind; 5] =
-        [SolverKind::Sequential, SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Direct, SolverKind::Lemke];
+    pub const ALL: [SolverKind; 5] = [
+        SolverKind::Sequential,
+        SolverKind::Pgs,
+        SolverKind::PgsMatrix,
+        SolverKind::Direct,
+        SolverKind::Lemke,
+    ];
     /// The name as users write it.
     pub fn name(self) -> &'static str {
         match self {

@@ -6,6 +6,7 @@ pub mod collision;
 pub mod cone;
 pub mod delassus;
 pub mod file;
+pub mod friction;
 pub mod impulse_solver;
 pub mod lcp;
 pub mod methods;

@@ -13,7 +13,13 @@ pub fn serialize<T: Serializer>(value: &f64, s: T) -> Result<T::Ok, T::Error> {
     if value.is_finite() {
         s.serialize_f64(*value)
     } else {
-        s.serialize_str(if value.is_nan() { "nan" } else if *value > 0.0 { "inf" } else { "-inf" })
+        s.serialize_str(if value.is_nan() {
+            "nan"
+        } else if *value > 0.0 {
+            "inf"
+        } else {
+            "-inf"
+        })
     }
 }
 
@@ -22,6 +28,8 @@ pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
         Bound::Number(x) => Ok(x),
         Bound::Word(w) if w == "inf" => Ok(f64::INFINITY),
         Bound::Word(w) if w == "-inf" => Ok(f64::NEG_INFINITY),
-        Bound::Word(w) => Err(serde::de::Error::custom(format!("a bound is a number, \"inf\" or \"-inf\", not {w:?}"))),
+        Bound::Word(w) => {
+            Err(serde::de::Error::custom(format!("a bound is a number, \"inf\" or \"-inf\", not {w:?}")))
+        }
     }
 }

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 pub enum Stop {
     /// The residual is at or below the tolerance.
     Converged,
-    /// The iterations are spent; the residual is what it is.
+    /// The method is at its end (iterations spent, or a direct answer that rounding spoils) with a residual above
+    /// the tolerance: the residual is what it is.
     OutOfIterations,
     /// The method cannot solve this problem; the reason says why. The impulses are left as they were given.
     Refused(String),

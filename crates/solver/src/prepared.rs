@@ -1,10 +1,11 @@
-//! A problem made ready for sweeping: every scalar row J_i with its response M^-1 J_i^T and effective mass
-//! m_i = 1/(J_i M^-1 J_i^T) (theory chapter 5). One text serves contact rows, tangents and bounded rows.
+//! A problem made ready for sweeping: every scalar row J_i with its response M^-1 J_i^T and J_i M^-1 J_i^T
+//! (theory eqs. 5.2 to 5.5). A contact's rows act on a and opposite on b, so they keep one direction instead of
+//! two twists: a sweep is bound by the memory it reads. Knows no solver.
 
-use crate::problem::{ContactProblem, Impulse, Impulses, InverseMass, Twist};
-use carom_math::{Column, Space};
+use crate::problem::{Contact, ContactProblem, Impulse, Impulses, InverseMass, Twist};
+use carom_math::{Column, Inertia, Space};
 
-/// One scalar row of J with what a sweep needs of it.
+/// One scalar row of J in full, with what a solver needs of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<S: Space> {
     /// Index of the first body.
@@ -28,8 +29,9 @@ impl<S: Space> Row<S> {
     pub fn new(a: usize, b: usize, on_a: Twist<S>, on_b: Twist<S>, masses: &[InverseMass<S>]) -> Self {
         let response_a = masses[a].apply(&on_a);
         let response_b = masses[b].apply(&on_b);
-        let inverse_effective_mass = on_a.dot(&response_a) + on_b.dot(&response_b);
-        Row { a, b, on_a, on_b, response_a, response_b, inverse_effective_mass }
+        let mut row = Row { a, b, on_a, on_b, response_a, response_b, inverse_effective_mass: 0.0 };
+        row.inverse_effective_mass = row.coupling(&row);
+        row
     }
     /// J u.
     #[inline]
@@ -42,7 +44,7 @@ impl<S: Space> Row<S> {
         v[self.a].add_scaled(&self.response_a, impulse);
         v[self.b].add_scaled(&self.response_b, impulse);
     }
-    /// J_i M^-1 J_j^T: an entry of A.
+    /// J_i M^-1 J_j^T: an entry of A. A row may name one body twice.
     pub fn coupling(&self, other: &Self) -> f64 {
         let mut sum = 0.0;
         for (body, on) in [(self.a, &self.on_a), (self.b, &self.on_b)] {
@@ -57,17 +59,75 @@ impl<S: Space> Row<S> {
     }
 }
 
+/// One direction of a contact: the row [d, r_a x d, -d, -(r_b x d)] between two different bodies.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactRow<S: Space> {
+    /// Index of body a.
+    pub a: u32,
+    /// Index of body b.
+    pub b: u32,
+    /// Unit direction d.
+    pub direction: S::Vector,
+    /// r_a x d.
+    pub moment_a: S::Spin,
+    /// r_b x d.
+    pub moment_b: S::Spin,
+    /// I_a^-1 (r_a x d): change of a's spin per unit impulse.
+    pub turn_a: S::Spin,
+    /// I_b^-1 (r_b x d): change of b's spin per unit impulse, sign reversed.
+    pub turn_b: S::Spin,
+    /// J M^-1 J^T of this row: inverse effective mass \[1/kg\].
+    pub inverse_effective_mass: f64,
+}
+
+impl<S: Space> ContactRow<S> {
+    fn new(c: &Contact<S>, direction: S::Vector, masses: &[InverseMass<S>]) -> Self {
+        let (moment_a, moment_b) = (S::moment(c.arm_a, direction), S::moment(c.arm_b, direction));
+        let (mass_a, mass_b) = (&masses[c.a], &masses[c.b]);
+        let (turn_a, turn_b) = (mass_a.angular.apply(moment_a), mass_b.angular.apply(moment_b));
+        let sliding = (mass_a.linear + mass_b.linear) * direction.norm_squared();
+        let inverse_effective_mass = sliding + moment_a.dot(turn_a) + moment_b.dot(turn_b);
+        let (a, b) = (c.a as u32, c.b as u32);
+        ContactRow { a, b, direction, moment_a, moment_b, turn_a, turn_b, inverse_effective_mass }
+    }
+    /// J u: velocity of a's point relative to b's along the direction.
+    #[inline]
+    pub fn velocity(&self, v: &[Twist<S>]) -> f64 {
+        self.velocity_between(&v[self.a as usize], &v[self.b as usize])
+    }
+    /// The same from the velocities of the two bodies.
+    #[inline]
+    pub fn velocity_between(&self, a: &Twist<S>, b: &Twist<S>) -> f64 {
+        self.direction.dot(a.linear - b.linear)
+            + (self.moment_a.dot(a.angular) - self.moment_b.dot(b.angular))
+    }
+    /// The row in full.
+    pub fn full(&self, masses: &[InverseMass<S>]) -> Row<S> {
+        let on_a = Twist::new(self.direction, self.moment_a);
+        let on_b = Twist::new(-self.direction, -self.moment_b);
+        Row::new(self.a as usize, self.b as usize, on_a, on_b, masses)
+    }
+}
+
 /// The rows of one contact and the numbers of its law.
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedContact<S: Space> {
     /// Normal row.
-    pub normal: Row<S>,
+    pub normal: ContactRow<S>,
     /// Tangential rows; in the plane the second repeats the first and is never read.
-    pub tangents: [Row<S>; 2],
+    pub tangents: [ContactRow<S>; 2],
+    /// Inverse mass of a \[1/kg\].
+    pub inverse_mass_a: f64,
+    /// Inverse mass of b \[1/kg\].
+    pub inverse_mass_b: f64,
     /// m_n = 1/W_nn \[kg\].
     pub normal_mass: f64,
     /// m_t = 1/lambda_max(W_tt) \[kg\]: the scalar friction step whose fixed point is Coulomb's law.
     pub tangent_mass: f64,
+    /// lambda_max(W_tt) \[1/kg\].
+    pub inverse_tangent_mass: f64,
+    /// Entry of W_tt that couples the two tangents \[1/kg\]; zero in the plane.
+    pub tangent_coupling: f64,
     /// Normal velocity that a pressed contact ends with \[m/s\].
     pub target: f64,
     /// Coefficient of restitution \[1\].
@@ -77,22 +137,82 @@ pub struct PreparedContact<S: Space> {
 }
 
 impl<S: Space> PreparedContact<S> {
+    /// The rows of a contact.
+    pub fn new(c: &Contact<S>, masses: &[InverseMass<S>]) -> Self {
+        let normal = ContactRow::new(c, c.normal, masses);
+        let first = ContactRow::new(c, S::tangent(c.normal, 0), masses);
+        let second = if S::SLIP > 1 { ContactRow::new(c, S::tangent(c.normal, 1), masses) } else { first };
+        let tangents = [first, second];
+        // the tangents are perpendicular, so only the turning couples them
+        let turning = first.moment_a.dot(second.turn_a) + first.moment_b.dot(second.turn_b);
+        let tangent_coupling = if S::SLIP > 1 { turning } else { 0.0 };
+        let largest = largest_eigenvalue::<S>(&tangents, tangent_coupling);
+        // where no impulse changes the slip, any step length has the same fixed point
+        let inverse_tangent_mass = if largest > 0.0 { largest } else { normal.inverse_effective_mass };
+        PreparedContact {
+            normal,
+            tangents,
+            inverse_mass_a: masses[c.a].linear,
+            inverse_mass_b: masses[c.b].linear,
+            normal_mass: 1.0 / normal.inverse_effective_mass,
+            tangent_mass: 1.0 / inverse_tangent_mass,
+            inverse_tangent_mass,
+            tangent_coupling,
+            target: c.target,
+            restitution: c.restitution,
+            friction: c.friction,
+        }
+    }
     /// Normal and tangential relative velocity.
     #[inline]
     pub fn relative_velocity(&self, v: &[Twist<S>]) -> (f64, S::Slip) {
-        (self.normal.velocity(v), self.slip(v))
+        let (a, b) = self.pair(v);
+        (self.normal.velocity_between(&a, &b), self.slip_between(&a, &b))
     }
     /// Tangential relative velocity.
     #[inline]
     pub fn slip(&self, v: &[Twist<S>]) -> S::Slip {
-        S::Slip::from_fn(|k| self.tangents[k].velocity(v))
+        let (a, b) = self.pair(v);
+        self.slip_between(&a, &b)
     }
-    /// Applies a tangential impulse.
+    /// The same from the velocities of the two bodies.
     #[inline]
-    pub fn apply_tangent(&self, impulse: S::Slip, v: &mut [Twist<S>]) {
+    pub fn slip_between(&self, a: &Twist<S>, b: &Twist<S>) -> S::Slip {
+        S::Slip::from_fn(|k| self.tangents[k].velocity_between(a, b))
+    }
+    /// Velocities of the two bodies. A sweep works on these copies and stores them once.
+    #[inline]
+    pub fn pair(&self, v: &[Twist<S>]) -> (Twist<S>, Twist<S>) {
+        (v[self.normal.a as usize], v[self.normal.b as usize])
+    }
+    /// Stores the velocities of the two bodies.
+    #[inline]
+    pub fn store(&self, (a, b): (Twist<S>, Twist<S>), v: &mut [Twist<S>]) {
+        v[self.normal.a as usize] = a;
+        v[self.normal.b as usize] = b;
+    }
+    /// Adds the response to an impulse along one of the contact's rows to the velocities of the two bodies.
+    #[inline]
+    pub fn push(&self, row: &ContactRow<S>, impulse: f64, a: &mut Twist<S>, b: &mut Twist<S>) {
+        a.linear += row.direction * (impulse * self.inverse_mass_a);
+        a.angular += row.turn_a * impulse;
+        b.linear -= row.direction * (impulse * self.inverse_mass_b);
+        b.angular -= row.turn_b * impulse;
+    }
+    /// Adds the response to a tangential impulse to the velocities of the two bodies.
+    #[inline]
+    pub fn push_tangent(&self, impulse: S::Slip, a: &mut Twist<S>, b: &mut Twist<S>) {
         for k in 0..S::SLIP {
-            self.tangents[k].apply(impulse[k], v);
+            self.push(&self.tangents[k], impulse[k], a, b);
         }
+    }
+    /// Applies an impulse of the contact.
+    #[inline]
+    pub fn apply(&self, impulse: &Impulse<S>, v: &mut [Twist<S>]) {
+        let (mut a, mut b) = self.pair(v);
+        self.push(&self.normal, impulse.normal, &mut a, &mut b);
+        self.push_tangent(impulse.tangent, &mut a, &mut b);
+        self.store((a, b), v);
     }
 }
 
@@ -110,25 +230,7 @@ impl<S: Space> Prepared<S> {
     pub fn update(&mut self, problem: &ContactProblem<S>) {
         let masses = &problem.inverse_masses;
         self.contacts.clear();
-        self.contacts.extend(problem.contacts.iter().map(|c| {
-            let along = |d: S::Vector| {
-                let on_a = Twist::new(d, S::moment(c.arm_a, d));
-                let on_b = Twist::new(-d, -S::moment(c.arm_b, d));
-                Row::new(c.a, c.b, on_a, on_b, masses)
-            };
-            let normal = along(c.normal);
-            let first = along(S::tangent(c.normal, 0));
-            let tangents = [first, if S::SLIP > 1 { along(S::tangent(c.normal, 1)) } else { first }];
-            PreparedContact {
-                normal,
-                tangents,
-                normal_mass: 1.0 / normal.inverse_effective_mass,
-                tangent_mass: 1.0 / largest_eigenvalue::<S>(&tangents),
-                target: c.target,
-                restitution: c.restitution,
-                friction: c.friction,
-            }
-        }));
+        self.contacts.extend(problem.contacts.iter().map(|c| PreparedContact::new(c, masses)));
         self.rows.clear();
         self.rows.extend(problem.rows.iter().map(|r| Row::new(r.a, r.b, r.on_a, r.on_b, masses)));
     }
@@ -141,34 +243,44 @@ impl<S: Space> Prepared<S> {
     /// v += M^-1 J^T impulses.
     pub fn apply(&self, impulses: &Impulses<S>, v: &mut [Twist<S>]) {
         for (c, g) in self.contacts.iter().zip(&impulses.contacts) {
-            let Impulse { normal, tangent } = *g;
-            if normal != 0.0 || tangent != S::Slip::ZERO {
-                c.normal.apply(normal, v);
-                c.apply_tangent(tangent, v);
+            if *g != Impulse::default() {
+                c.apply(g, v);
             }
         }
         for (r, &l) in self.rows.iter().zip(&impulses.rows) {
             r.apply(l, v);
         }
     }
+    /// J u - target of every scalar row after the impulses, in the order of `Impulses::flat`; tangential
+    /// targets are zero. This is A gamma - b, formed on the bodies: impulses that nearly cancel lose no digits.
+    pub fn velocity_errors(&self, problem: &ContactProblem<S>, impulses: &Impulses<S>) -> Vec<f64> {
+        let mut after = problem.velocities.clone();
+        self.apply(impulses, &mut after);
+        let mut errors = Vec::with_capacity(problem.scalar_rows());
+        for c in &self.contacts {
+            let (normal, slip) = c.relative_velocity(&after);
+            errors.push(normal - c.target);
+            errors.extend_from_slice(slip.as_slice());
+        }
+        errors.extend(
+            self.rows.iter().zip(&problem.rows).map(|(row, given)| row.velocity(&after) - given.target),
+        );
+        errors
+    }
     /// All scalar rows in the problem's order: contacts (normal, tangents), then bounded rows.
-    pub fn scalar_rows(&self) -> Vec<&Row<S>> {
+    pub fn scalar_rows(&self, masses: &[InverseMass<S>]) -> Vec<Row<S>> {
         let mut all = Vec::with_capacity(self.contacts.len() * (1 + S::SLIP) + self.rows.len());
         for c in &self.contacts {
-            all.push(&c.normal);
-            all.extend(c.tangents.iter().take(S::SLIP));
+            all.push(c.normal.full(masses));
+            all.extend(c.tangents.iter().take(S::SLIP).map(|t| t.full(masses)));
         }
-        all.extend(&self.rows);
+        all.extend_from_slice(&self.rows);
         all
     }
 }
 
 /// Largest eigenvalue of the 1x1 or 2x2 tangential block of W.
-fn largest_eigenvalue<S: Space>(tangents: &[Row<S>; 2]) -> f64 {
-    let a = tangents[0].inverse_effective_mass;
-    if S::SLIP == 1 {
-        return a;
-    }
-    let (d, b) = (tangents[1].inverse_effective_mass, tangents[0].coupling(&tangents[1]));
-    0.5 * (a + d) + (0.25 * (a - d) * (a - d) + b * b).sqrt()
+fn largest_eigenvalue<S: Space>([first, second]: &[ContactRow<S>; 2], coupling: f64) -> f64 {
+    let (a, d) = (first.inverse_effective_mass, second.inverse_effective_mass);
+    if S::SLIP == 1 { a } else { 0.5 * (a + d) + (0.25 * (a - d) * (a - d) + coupling * coupling).sqrt() }
 }

@@ -162,6 +162,22 @@ impl<S: Space> Impulses<S> {
         self.rows.clear();
         self.rows.resize(problem.rows.len(), 0.0);
     }
+    /// Makes these fit a problem: impulses counted for another problem are no warm start and become zero.
+    pub fn fit(&mut self, problem: &ContactProblem<S>) {
+        if self.contacts.len() != problem.contacts.len() || self.rows.len() != problem.rows.len() {
+            self.reset(problem);
+        }
+    }
+    /// Makes these equal to others without giving memory back.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.contacts.clone_from(&other.contacts);
+        self.rows.clone_from(&other.rows);
+    }
+    /// True when no impulse is infinite or NaN.
+    pub fn is_finite(&self) -> bool {
+        self.contacts.iter().all(|c| c.normal.is_finite() && c.tangent.is_finite())
+            && self.rows.iter().all(|l| l.is_finite())
+    }
     /// All numbers in the order of the problem's scalar rows: contacts (normal, tangents), then rows.
     pub fn flat(&self) -> Vec<f64> {
         let mut out = Vec::with_capacity(self.contacts.len() * (1 + S::SLIP) + self.rows.len());

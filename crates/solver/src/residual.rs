@@ -1,8 +1,9 @@
-//! The one residual that judges every solver: the natural map of the contact law, in m/s.
+//! The one residual that judges every solver: the natural map of the contact law, in m/s (theory eqs. 5.31 to
+//! 5.34). It is zero exactly at the solutions. Knows no solver.
 //! normal: |g_n - max(0, g_n - m_n (u_n - target))| / m_n with m_n = 1/W_nn;
 //! tangential: |g_t - P(g_t - m_t u_t)| / m_t with P the friction projection at mu g_n, m_t = 1/lambda_max(W_tt);
 //! bounded row: |l - clamp(l - m (J u - target), lo, hi)| / m.
-//! It is zero exactly at the solutions (theory chapter 5). Knows no solver.
+//! The forms used below are the same maps with the subtraction of nearly equal impulses carried out by hand.
 
 use crate::cone::project_tangent;
 use crate::prepared::Prepared;
@@ -25,7 +26,7 @@ pub enum Entry {
 pub struct Residual {
     /// Largest natural-map residual over contacts and rows \[m/s\].
     pub absolute: f64,
-    /// The same divided by the largest velocity that the impulses have to change \[1\].
+    /// The same divided by the residual of no impulses at all \[1\]: 1 is as wrong as doing nothing.
     pub relative: f64,
     /// Where it is largest; `None` when it is zero everywhere.
     pub worst: Option<Entry>,
@@ -41,13 +42,26 @@ pub fn contact_residual<S: Space>(
     (normal_mass, tangent_mass): (f64, f64),
     law: FrictionLaw,
 ) -> f64 {
-    let map = (impulse.normal - normal_mass * (normal_velocity - target)).max(0.0);
-    let normal = (impulse.normal - map) / normal_mass;
+    let normal = least(impulse.normal / normal_mass, normal_velocity - target);
     // an impulse that pulls is outside the law whatever the velocities are
     let limit = friction * impulse.normal.max(0.0);
     let trial = impulse.tangent - slip * tangent_mass;
-    let tangential = (impulse.tangent - project_tangent::<S>(trial, limit, law)) * (1.0 / tangent_mass);
+    let nearest = project_tangent::<S>(trial, limit, law);
+    let tangential = if nearest == trial { slip } else { (impulse.tangent - nearest) * (1.0 / tangent_mass) };
     (normal * normal + tangential.norm_squared()).sqrt()
+}
+
+/// Residual of a bounded row \[units of J u\] with J M^-1 J^T = `inverse_mass`.
+#[inline]
+pub fn row_residual(impulse: f64, velocity_error: f64, (lo, hi): (f64, f64), inverse_mass: f64) -> f64 {
+    let lower = least(velocity_error, (impulse - lo) * inverse_mass);
+    least(-lower, (hi - impulse) * inverse_mass).abs()
+}
+
+/// The smaller number, or the NaN among them: f64::min would hide it.
+#[inline]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b || a.is_nan() { a } else { b }
 }
 
 /// The residual of impulses, from the velocities that they give.
@@ -56,12 +70,16 @@ pub fn residual<S: Space>(problem: &ContactProblem<S>, impulses: &Impulses<S>) -
 }
 
 /// The same with the rows already prepared.
-pub fn residual_of<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>, impulses: &Impulses<S>) -> Residual {
+pub fn residual_of<S: Space>(
+    problem: &ContactProblem<S>,
+    prepared: &Prepared<S>,
+    impulses: &Impulses<S>,
+) -> Residual {
     let mut after = problem.velocities.clone();
     prepared.apply(impulses, &mut after);
     let (absolute, worst) = largest(problem, prepared, impulses, &after);
-    let scale = velocity_scale(problem, prepared);
-    Residual { absolute, relative: if absolute == 0.0 { 0.0 } else { absolute / scale.max(f64::MIN_POSITIVE) }, worst }
+    let scale = velocity_scale(problem, prepared).max(f64::MIN_POSITIVE);
+    Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
 }
 
 /// Largest residual at given velocities after the impulses, and where.
@@ -81,27 +99,37 @@ pub fn largest<S: Space>(
     };
     for (i, (c, g)) in prepared.contacts.iter().zip(&impulses.contacts).enumerate() {
         let masses = (c.normal_mass, c.tangent_mass);
-        let value =
-            contact_residual::<S>(g, c.relative_velocity(after), c.target, c.friction, masses, problem.friction_law);
+        let value = contact_residual::<S>(
+            g,
+            c.relative_velocity(after),
+            c.target,
+            c.friction,
+            masses,
+            problem.friction_law,
+        );
         tell(value, Entry::Contact(i));
     }
-    for (i, ((row, prepared), &l)) in problem.rows.iter().zip(&prepared.rows).zip(&impulses.rows).enumerate() {
-        let m = 1.0 / prepared.inverse_effective_mass;
-        let map = (l - m * (prepared.velocity(after) - row.target)).clamp(row.lo, row.hi);
-        tell((l - map).abs() / m, Entry::Row(i));
+    for (i, ((row, prepared), &l)) in problem.rows.iter().zip(&prepared.rows).zip(&impulses.rows).enumerate()
+    {
+        let error = prepared.velocity(after) - row.target;
+        tell(row_residual(l, error, (row.lo, row.hi), prepared.inverse_effective_mass), Entry::Row(i));
     }
     worst
 }
 
-/// Largest velocity that impulses have to change \[m/s\]: over contacts the approach to the target and the
-/// slip of contacts with friction, over rows the distance to the target.
+/// The residual of no impulses at all \[m/s\]: the largest approach to a target, over rows the largest distance
+/// from it that the bounds let impulses cover. Slip does not count by itself: friction removes what the
+/// approach presses for. A floor keeps approaches that are rounding of the bodies' velocities from counting.
 pub fn velocity_scale<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>) -> f64 {
     let v = &problem.velocities;
     let contacts = prepared.contacts.iter().map(|c| {
         let (normal, slip) = c.relative_velocity(v);
-        let approach = (c.target - normal).max(0.0);
-        if c.friction > 0.0 && approach > 0.0 { approach.max(slip.norm()) } else { approach }
+        (c.target - normal).max(f64::EPSILON * (normal.abs() + slip.norm()))
     });
-    let rows = problem.rows.iter().zip(&prepared.rows).map(|(r, p)| (p.velocity(v) - r.target).abs());
+    let rows = problem.rows.iter().zip(&prepared.rows).map(|(r, p)| {
+        let velocity = p.velocity(v);
+        let error = row_residual(0.0, velocity - r.target, (r.lo, r.hi), p.inverse_effective_mass);
+        error.max(f64::EPSILON * velocity.abs())
+    });
     contacts.chain(rows).fold(0.0, f64::max)
 }

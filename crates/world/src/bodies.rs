@@ -223,7 +223,7 @@ impl<S: Geometry> Bodies<S> {
     pub fn unknown(&self, name: &str) -> BuildError {
         let near = self.names.iter().min_by_key(|n| edit_distance(n, name));
         let remedy = near.map_or("the world has no bodies yet".into(), |n| format!("did you mean '{n}'?"));
-        BuildError::body(name, "name", "no such body", remedy)
+        BuildError::body(name, "name", "is not in this world", remedy)
     }
 
     /// Serial numbers given out so far; for snapshots.

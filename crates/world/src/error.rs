@@ -5,7 +5,7 @@ use thiserror::Error;
 
 /// Wrong input, refused where it enters; the world is unchanged.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{}{field}: {problem}; {remedy}", body.as_ref().map(|b| format!("body '{b}': ")).unwrap_or_default())]
+#[error("{}{}; {remedy}", body.as_ref().map(|b| format!("body '{b}': ")).unwrap_or_default(), sentence(field, problem))]
 pub struct BuildError {
     /// Name of the body meant, if one is.
     pub body: Option<String>,
@@ -15,6 +15,15 @@ pub struct BuildError {
     pub problem: String,
     /// What to do about it.
     pub remedy: String,
+}
+
+/// Verbs with which a problem goes on from its field: `mass must be > 0`; others follow a colon.
+const VERBS: [&str; 8] = ["must", "is", "has", "needs", "coincides", "names", "encloses", "lies"];
+
+/// Field and problem as a sentence.
+fn sentence(field: &str, problem: &str) -> String {
+    let goes_on = problem.split_once(' ').is_some_and(|(first, _)| VERBS.contains(&first));
+    if goes_on { format!("{field} {problem}") } else { format!("{field}: {problem}") }
 }
 
 impl BuildError {
@@ -46,6 +55,20 @@ pub enum StepError {
         value: String,
         /// When it was found: before the step, or what made it.
         stage: &'static str,
+        /// What to do about it.
+        remedy: String,
+        /// Time of the world \[s\].
+        time: f64,
+    },
+    /// A fixed body has been given a velocity.
+    #[error("step at t = {time} s: body '{body}': {field} must be 0 for a fixed body, got {value}; {remedy}")]
+    FixedMoves {
+        /// Name of the body.
+        body: String,
+        /// Which of its velocities.
+        field: &'static str,
+        /// The offending value.
+        value: String,
         /// What to do about it.
         remedy: String,
         /// Time of the world \[s\].

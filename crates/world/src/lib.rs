@@ -42,4 +42,4 @@ pub use observe::energy::{Energy, Momenta};
 pub use observe::ledger::Ledger;
 pub use observe::report::{SolveReport, StepReport};
 pub use settings::{ImpactLaw, PositionCorrection, Scheme, Settings};
-pub use world::{World, World2, World3};
+pub use world::{Phase, World, World2, World3};

@@ -1,7 +1,8 @@
 //! The world: bodies, the choices of the run, and the step.
 
+use crate::assembly;
 use crate::bodies::{Bodies, Motion};
-use crate::body::BodySpec;
+use crate::body::{BodyKind, BodySpec};
 use crate::error::{BuildError, StepError};
 use crate::force::{ForceField, Wrench};
 use crate::integrate::Step;
@@ -20,6 +21,25 @@ use carom_solver::{ContactProblem, Impulses};
 pub type World2 = World<Planar>;
 /// A world of space.
 pub type World3 = World<Spatial>;
+
+/// Which of a step's two problems is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// The impacts at the step's start.
+    Impact,
+    /// The persistent contacts during the step.
+    Contact,
+}
+
+impl Phase {
+    /// The name as users write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Phase::Impact => "impact",
+            Phase::Contact => "contact",
+        }
+    }
+}
 
 /// Bodies, settings and time; advanced by [`World::step`].
 ///
@@ -181,6 +201,37 @@ impl<S: Geometry> World<S> {
     pub fn last_problem(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
         (&self.fixed_step.problem, &self.fixed_step.impulses, &self.fixed_step.pressed)
     }
+    /// The same of the last step's impacts; no indices when it had none.
+    pub fn last_impacts(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
+        let impacts = &self.fixed_step.impacts;
+        (&impacts.problem, &impacts.impulses, &impacts.struck)
+    }
+    /// The problem that a step of length `dt` \[s\] would solve from here. The world does not change, but its
+    /// force fields are asked as in a step.
+    ///
+    /// # Errors
+    /// As [`World::step`], save that a solver's refusal of the very problem asked for is none.
+    pub fn problem(&mut self, dt: f64, phase: Phase) -> Result<ContactProblem<S>, StepError> {
+        let motion = self.bodies.motion.clone();
+        let (warm, applied, touches) = (self.warm.clone(), self.applied.clone(), self.touches.clone());
+        let (time, steps, ledger) = (self.time, self.steps, self.ledger);
+        let scheme = std::mem::take(&mut self.fixed_step);
+        let taken = self.step(dt);
+        let tried = std::mem::replace(&mut self.fixed_step, scheme);
+        self.bodies.motion.copy_from(&motion);
+        (self.warm, self.applied, self.touches) = (warm, applied, touches);
+        (self.time, self.steps, self.ledger) = (time, steps, ledger);
+        match taken {
+            Err(StepError::SolverRefused { phase: refused, .. }) if refused == phase.name() => {}
+            Err(error) => return Err(error),
+            Ok(_) => {}
+        }
+        let mut problem = if phase == Phase::Impact { tried.impacts.problem } else { tried.problem };
+        if problem.inverse_masses.is_empty() {
+            assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
+        }
+        Ok(problem)
+    }
 
     /// Takes one step of length `dt` \[s\].
     ///
@@ -194,6 +245,10 @@ impl<S: Geometry> World<S> {
         if taken.is_err() {
             self.bodies.motion.copy_from(&self.checkpoint.0);
             self.warm.clone_from(&self.checkpoint.1);
+            // contacts of a step that was not taken belong to no motion
+            self.touches.clear();
+            self.fixed_step.pressed.clear();
+            self.fixed_step.impacts.struck.clear();
         }
         taken
     }
@@ -266,11 +321,29 @@ impl<S: Geometry> World<S> {
             return Err(StepError::Argument { field: "dt", problem: format!("must be > 0, got {dt}"), remedy });
         }
         self.check_motion("before the step", "set it to finite numbers")?;
+        self.check_fixed()?;
         let bad = self.applied.iter().position(|w| !w.is_finite());
         bad.map_or(Ok(()), |i| {
             let value = format!("{:?}", self.applied[i].force.as_slice());
             Err(self.not_finite(i, "applied force or torque", value, "before the step", "apply finite numbers"))
         })
+    }
+
+    /// Fixed bodies rest, whatever was written into their velocities.
+    fn check_fixed(&self) -> Result<(), StepError> {
+        let m = &self.bodies.motion;
+        for i in (0..self.bodies.len()).filter(|&i| self.bodies.data[i].kind == BodyKind::Fixed) {
+            let parts: [(&'static str, &[f64]); 2] =
+                [("velocity", m.velocity[i].as_slice()), ("angular_velocity", m.angular_velocity[i].as_slice())];
+            for (field, values) in parts {
+                if values.iter().any(|x| *x != 0.0) {
+                    let (body, value) = (self.bodies.names[i].clone(), format!("{values:?}"));
+                    let remedy = "make it a kinematic body, or leave its velocities alone".into();
+                    return Err(StepError::FixedMoves { body, field, value, remedy, time: self.time });
+                }
+            }
+        }
+        Ok(())
     }
 
     fn check_after(&self) -> Result<(), StepError> {

@@ -40,5 +40,6 @@ class Bar:
         """Shows a moment."""
         state = f"t = {moment.time:.3g} s, {moment.steps} steps"
         if moment.last is not None:
-            state += f", {int(moment.last['contacts'])} contacts, residual {float(moment.last['residual']):.1e} m/s"
+            contacts, residual = int(moment.last["contacts"]), float(moment.last["residual"])
+            state += f", {contacts} contacts, residual {residual:.1e} m/s"
         self._progress.update(self._task, completed=moment.time / moment.duration, state=state)

@@ -49,8 +49,15 @@ def run_command(
 ) -> None:
     """Run a scene and record it. Ctrl-C keeps what is done."""
     wanted = load_scene(scene)
-    settings = {"dt": dt, "solver": solver, "iterations": iterations, "tolerance": tolerance, "scheme": scheme,
-                "impact": impact, "integrator": integrator}  # fmt: skip
+    settings = {
+        "dt": dt,
+        "solver": solver,
+        "iterations": iterations,
+        "tolerance": tolerance,
+        "scheme": scheme,
+        "impact": impact,
+        "integrator": integrator,
+    }
     world = wanted.build(**{key: value for key, value in settings.items() if value is not None})
     if not quiet:
         for note in wanted.notes:

@@ -56,8 +56,8 @@ class MeshFile(Strict):
     )
     as_: Literal["hull", "decomposition", "static"] = Field(
         alias="as",
-        description="hull: convex hull; decomposition: several convex parts; static: the triangles themselves "
-        "(obstacles only).",
+        description="hull: convex hull; decomposition: several convex parts; static: the triangles "
+        "themselves (obstacles only).",
     )
     scale: Positive = Field(default=1.0, description="Metres per unit of length in the file [m].")
     max_parts: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
@@ -79,8 +79,8 @@ class _Repeat(Strict):
     count: Counts = Field(description="Copies along each of the steps, e.g. [10] or [4, 3] [1].")
     arrangement: Literal["grid", "pyramid"] = Field(
         default="grid",
-        description="grid: all copies; pyramid: the last step counts the layers, and layer l holds l fewer copies "
-        "along every other step.",
+        description="grid: all copies; pyramid: the last step counts the layers, and layer l holds l fewer "
+        "copies along every other step.",
     )
 
     def _check_steps(self, steps: int) -> None:
@@ -133,8 +133,8 @@ class _Scatter(Strict):
 
     rotation: NotNegative = Field(
         default=0.0,
-        description="Largest turn [rad], drawn evenly from -rotation to rotation; in space about an axis
-        drawn " "evenly from the sphere.",
+        description="Largest turn [rad], drawn evenly from -rotation to rotation; in space about an axis "
+        "drawn evenly from the sphere.",
     )
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**63)] = Field(
         default=0, description="Seed of the generator (numpy PCG64) [1]."
@@ -162,8 +162,8 @@ class BodyCommon(Strict):
     """What bodies of the plane and of space have in common."""
 
     name: Name = Field(
-        description="Name, unique in the scene. With repeat: {i}, {j}, {k} stand for the copy's numbers, {n} for its "
-        "running number, all from 0; without one of them the numbers are appended."
+        description="Name, unique in the scene. With repeat: {i}, {j}, {k} stand for the copy's numbers, {n} "
+        "for its running number, all from 0; without one of them the numbers are appended."
     )
     kind: Kind = Field(
         default="dynamic",

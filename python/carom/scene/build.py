@@ -7,6 +7,7 @@ engine come back as scene errors with file and line. Knows no physics.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +31,7 @@ _MASS_KEYS = ("mass", "inertia", "center_of_mass", "linear_damping", "angular_da
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a document came from: name for messages, its text and format, the folder that meshes may lie in."""
+    """Where a document came from: name for messages, text, format, the folder that meshes may lie in."""
 
     source: str
     text: str
@@ -106,7 +107,8 @@ def build_document(
 def _located(origin: Origin, index: int, name: str, error: CaromError) -> SceneError:
     """The engine's refusal with the file and the line of the body's key."""
     key = str(error.field) if getattr(error, "field", None) else ""
-    path: KeyPath = ("body", index, *(part for part in key.split(".") if part))
+    parts = [part for part in re.split(r"[.\[\]]+", key) if part]
+    path: KeyPath = ("body", index, *(int(part) if part.isdigit() else part for part in parts))
     line = line_of(origin.lines(), path)
     place = f"{origin.source}:{line}" if line is not None else origin.source
     return SceneError(

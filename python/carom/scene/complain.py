@@ -1,7 +1,7 @@
 """Turns refusals of the models into errors that a stranger can act on: file, line, body, key, value, remedy.
 
-Form: ``crates.toml:12: body 'crate3': mass must be > 0, got -1; give mass [kg]``. The allowed keys and the meaning of
-each field come from the JSON Schema, which is made from the same models. Knows no worlds.
+Form: ``crates.toml:12: body 'crate3': mass must be > 0, got -1; give mass [kg]``. The allowed keys and the
+meaning of each field come from the JSON Schema, which is made from the same models. Knows no worlds.
 """
 
 from __future__ import annotations
@@ -105,10 +105,9 @@ def data_path(location: KeyPath, data: Any, may_be_missing: bool) -> KeyPath:
     for position, part in enumerate(location):
         if position == 0 and isinstance(data, dict) and part == data.get("space"):
             continue
-        if isinstance(data, dict) and part in data:
-            data = data[part]
-            path.append(part)
-        elif isinstance(data, list) and isinstance(part, int) and 0 <= part < len(data):
+        in_table = isinstance(data, dict) and part in data
+        in_list = isinstance(data, list) and isinstance(part, int) and 0 <= part < len(data)
+        if in_table or in_list:
             data = data[part]
             path.append(part)
         elif may_be_missing and position == len(location) - 1 and isinstance(part, str):
@@ -236,7 +235,7 @@ def _choices(location: KeyPath) -> list[str]:
 
 
 def _meaning(location: KeyPath) -> str:
-    """The field's description, first clause, ready to follow "give"; numbers inside a vector give the vector's."""
+    """First clause of the field's description, ready to follow "give"; inside a vector, the vector's."""
     node = _node(location)
     while location and not node.get("description"):
         location = location[:-1]

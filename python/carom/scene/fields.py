@@ -43,7 +43,7 @@ MOST_POINTS = 100_000
 def refuse(key: str, problem: str, remedy: str) -> PydanticCustomError:
     """An error for a rule between fields: `key` is the field to point at (dots go deeper)."""
     text = f"{problem}; {remedy}".replace("{", "{{").replace("}", "}}")
-    return PydanticCustomError("scene_rule", text, {"key": key, "problem": problem, "remedy": remedy})  # type: ignore[arg-type]
+    return PydanticCustomError("scene_rule", text, {"key": key, "problem": problem, "remedy": remedy})
 
 
 class Strict(BaseModel):

@@ -12,6 +12,7 @@ inv(a) = tan a - a, cos a = r_b / r, from where it left the base circle.
 
 from __future__ import annotations
 
+import itertools
 import sys
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ Faces = npt.NDArray[np.int64]
 
 
 def ring_faces(lower: Faces, upper: Faces) -> Faces:
-    """Triangles of a band between two closed rings of equal length, outward when both run counter-clockwise."""
+    """Triangles of a band between two closed rings, outward when both run counter-clockwise."""
     after_lower, after_upper = np.roll(lower, -1), np.roll(upper, -1)
     first = np.stack([lower, after_lower, after_upper], axis=1)
     second = np.stack([lower, after_upper, upper], axis=1)
@@ -32,7 +33,7 @@ def ring_faces(lower: Faces, upper: Faces) -> Faces:
 
 
 def extruded_ring(outer: Floats, inner: Floats, height: float) -> tuple[Floats, Faces]:
-    """Solid between two closed outlines of equal length (both counter-clockwise), extruded along z about 0."""
+    """Solid between two counter-clockwise outlines of equal length, extruded along z about 0."""
     count = len(outer)
     levels = [(outer, -height / 2), (outer, height / 2), (inner, height / 2), (inner, -height / 2)]
     vertices = np.vstack([np.column_stack([outline, np.full(count, z)]) for outline, z in levels])
@@ -43,7 +44,7 @@ def extruded_ring(outer: Floats, inner: Floats, height: float) -> tuple[Floats, 
 def spur_gear(
     teeth: int = 14, module: float = 0.01, bore: float = 0.022, width: float = 0.03
 ) -> tuple[Floats, Faces]:
-    """Gear with involute flanks (pressure angle 20 degrees), addendum 1 and dedendum 1.25 modules, and a bore."""
+    """Gear with involute flanks (pressure angle 20 degrees), addendum 1, dedendum 1.25, and a bore."""
     pressure = np.radians(20.0)
     pitch = module * teeth / 2
     base, tip, root = pitch * np.cos(pressure), pitch + module, pitch - 1.25 * module
@@ -72,7 +73,7 @@ def hexagon_nut(across: float = 90.0, bore: float = 27.0, height: float = 44.0) 
 
 
 def revolved(profile: Floats, sides: int) -> tuple[Floats, Faces]:
-    """Surface of revolution about z; the profile (radius, z) runs from the lower pole to the upper, both on the axis."""
+    """Surface of revolution about z; the profile (radius, z) runs from the lower pole to the upper."""
     angles = np.arange(sides) * 2 * np.pi / sides
     rings = [
         np.column_stack([r * np.cos(angles), r * np.sin(angles), np.full(sides, z)]) for r, z in profile[1:-1]
@@ -80,7 +81,7 @@ def revolved(profile: Floats, sides: int) -> tuple[Floats, Faces]:
     poles = np.array([[0.0, 0.0, profile[0, 1]], [0.0, 0.0, profile[-1, 1]]])
     vertices = np.vstack([*rings, poles])
     numbers = [np.arange(sides) + sides * level for level in range(len(rings))]
-    faces = [ring_faces(low, high) for low, high in zip(numbers, numbers[1:], strict=False)]
+    faces = [ring_faces(low, high) for low, high in itertools.pairwise(numbers)]
     bottom, top = len(vertices) - 2, len(vertices) - 1
     faces.append(np.stack([np.full(sides, bottom), np.roll(numbers[0], -1), numbers[0]], axis=1))
     faces.append(np.stack([np.full(sides, top), numbers[-1], np.roll(numbers[-1], -1)], axis=1))
@@ -115,7 +116,7 @@ def u_bracket(
 def mug(
     radius: float = 0.05, height: float = 0.11, wall: float = 0.008, sides: int = 24
 ) -> tuple[Floats, Faces]:
-    """Mug with a handle: a revolved cup; two patches of its outer wall are taken out and joined by a bent tube."""
+    """Mug with a handle: a revolved cup, two patches of whose outer wall are joined by a bent tube."""
     levels = np.linspace(0.0, height, 9)
     outer = [(radius, z) for z in levels]
     inner = [(radius - wall, z) for z in (height, height * 0.5, wall)]
@@ -123,7 +124,7 @@ def mug(
     column = 0
 
     def patch(level: int) -> Faces:
-        """Corners of one patch of the outer wall: right-low, left-low, left-high, right-high seen from outside."""
+        """Corners of a patch of the outer wall, counter-clockwise seen from outside."""
         low, high = level * sides, (level + 1) * sides
         return np.array([low + column, low + column + 1, high + column + 1, high + column])
 
@@ -148,7 +149,7 @@ def mug(
         rings.append(np.arange(4) + len(vertices))
         vertices = np.vstack([vertices, center + corners])
     rings.append(lower[[3, 2, 1, 0]])
-    tube = np.vstack([ring_faces(first, second) for first, second in zip(rings, rings[1:], strict=False)])
+    tube = np.vstack([ring_faces(first, second) for first, second in itertools.pairwise(rings)])
     return vertices - np.array([0.0, 0.0, height / 2]), np.vstack([faces, tube])
 
 
@@ -201,8 +202,7 @@ def write(folder: Path) -> list[Path]:
         mesh = trimesh.Trimesh(vertices, faces, process=False)
         options: dict[str, Any] = {"obj": {"header": None, "digits": 6}, "ply": {"encoding": "binary"}}
         exported = mesh.export(file_type=name.rsplit(".", 1)[1], **options.get(name.rsplit(".", 1)[1], {}))
-        data = exported.encode() if isinstance(exported, str) else exported
-        (folder / name).write_bytes(data)
+        (folder / name).write_bytes(exported.encode() if isinstance(exported, str) else bytes(exported))
     return [folder / name for name in parts]
 
 

@@ -1,10 +1,11 @@
 //! Lemke's complementary pivoting, exact for linear complementarity w = M z + q, 0 <= w _|_ z >= 0
-//! (theory chapter 5, item 33). Friction enters through Stewart and Trinkle's rows, exact where the friction
-//! limit is polyhedral: in the plane, and with the box law. Dense, O(n^3): the oracle for small problems.
+//! (theory eqs. 5.28 to 5.30, item 33). Friction enters through Stewart and Trinkle's rows, exact where the
+//! friction limit is polyhedral: in the plane, and with the box law. Dense, O(n^3): the reference for small
+//! problems.
 
-use crate::delassus::{Csr, delassus_of, right_hand_side};
+use crate::delassus::{Csr, delassus_of, right_hand_side_of};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
-use crate::lcp::{LcpEnd, solve_lcp};
+use crate::lcp::{LcpEnd, solve_lcp_with};
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, FrictionLaw, Impulses};
@@ -22,7 +23,13 @@ impl<S: Space> ImpulseSolver<S> for Lemke {
     fn name(&self) -> &'static str {
         "lemke"
     }
-    fn solve(&mut self, problem: &ContactProblem<S>, settings: &SolveSettings, impulses: &mut Impulses<S>) -> Outcome {
+    fn solve(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+    ) -> Outcome {
+        impulses.fit(problem);
         if problem.scalar_rows() == 0 {
             return Outcome::nothing_to_do();
         }
@@ -37,27 +44,39 @@ impl<S: Space> ImpulseSolver<S> for Lemke {
             Err(reason) => return refused(reason, 0, impulses),
         };
         let a = delassus_of(problem, &prepared);
-        let (m, q) = unknowns.system(&a, &right_hand_side(problem));
-        let (end, z, pivots) = solve_lcp(&m, &q, 50 * (q.len() + 10));
+        let (m, q) = unknowns.system(&a, &right_hand_side_of(problem, &prepared));
+        let slack = |z: &[f64]| unknowns.slack(problem, &prepared, z);
+        let (end, z, pivots) = solve_lcp_with(&m, &q, &slack, 50 * (q.len() + 10));
+        let found: Impulses<S> = unknowns.impulses(problem, &z);
         match end {
-            LcpEnd::Solved => {
-                *impulses = unknowns.impulses(problem, &z);
+            LcpEnd::Solved if found.is_finite() => {
+                *impulses = found;
                 Outcome::judged(pivots, residual_of(problem, &prepared, impulses), settings.tolerance)
             }
-            LcpEnd::Ray => refused("ends on a ray: the problem has no solution that pivoting can reach".into(), pivots, impulses),
-            LcpEnd::OutOfPivots => refused(format!("no end after {pivots} pivots"), pivots, impulses),
+            LcpEnd::Ray => refused(ray(problem), pivots, impulses),
+            _ => refused(format!("no accurate solution after {pivots} pivots"), pivots, impulses),
         }
+    }
+}
+
+/// Why a path can end on a ray.
+fn ray<S: Space>(problem: &ContactProblem<S>) -> String {
+    if problem.contacts.iter().all(|c| c.friction == 0.0) {
+        "ends on a ray: no velocities meet all targets at once".into()
+    } else {
+        "ends on a ray: the targets contradict each other, or friction jams the bodies against them".into()
     }
 }
 
 /// What a nonnegative unknown of the LCP stands for.
 #[derive(Clone, Copy, Debug)]
 enum Unknown {
-    /// sign * impulse of a scalar row, counted from `offset`.
-    Impulse { row: usize, sign: f64, offset: f64 },
-    /// Slip speed shared by the two directions of a tangent, with the normal row and its friction.
+    /// sign * impulse of a scalar row, counted from `offset`; its slack also holds the unknown `partner`, the
+    /// slip speed or the excess.
+    Impulse { row: usize, sign: f64, offset: f64, partner: Option<usize> },
+    /// Slip speed shared by the two directions of a tangent, whose limit is friction times the unknown `normal`.
     Slip { normal: usize, friction: f64, plus: usize, minus: usize },
-    /// Excess over the upper bound's complement of the unknown `of`, whose width is given.
+    /// Excess speed at the upper bound of the unknown `of`, which may grow to `width`.
     Excess { of: usize, width: f64 },
 }
 
@@ -77,74 +96,82 @@ impl Unknowns {
         let width = 1 + S::SLIP;
         let mut all = Vec::new();
         for (i, c) in problem.contacts.iter().enumerate() {
-            let normal = i * width;
-            all.push(Unknown::Impulse { row: normal, sign: 1.0, offset: 0.0 });
-            for row in (normal + 1..normal + width).filter(|_| c.friction > 0.0) {
-                let plus = all.len();
-                all.push(Unknown::Impulse { row, sign: 1.0, offset: 0.0 });
-                all.push(Unknown::Impulse { row, sign: -1.0, offset: 0.0 });
-                all.push(Unknown::Slip { normal, friction: c.friction, plus, minus: plus + 1 });
+            let normal = all.len();
+            all.push(Unknown::Impulse { row: i * width, sign: 1.0, offset: 0.0, partner: None });
+            if c.friction > 0.0 {
+                for k in 0..S::SLIP {
+                    let (row, plus) = (i * width + 1 + k, all.len());
+                    let partner = Some(plus + 2);
+                    all.push(Unknown::Impulse { row, sign: 1.0, offset: 0.0, partner });
+                    all.push(Unknown::Impulse { row, sign: -1.0, offset: 0.0, partner });
+                    all.push(Unknown::Slip { normal, friction: c.friction, plus, minus: plus + 1 });
+                }
             }
         }
         for (k, r) in problem.rows.iter().enumerate() {
             let row = problem.contacts.len() * width + k;
-            let of = all.len();
+            let mut push = |sign, offset, partner| all.push(Unknown::Impulse { row, sign, offset, partner });
             match (r.lo.is_finite(), r.hi.is_finite()) {
-                (true, false) => all.push(Unknown::Impulse { row, sign: 1.0, offset: r.lo }),
-                (false, true) => all.push(Unknown::Impulse { row, sign: -1.0, offset: r.hi }),
+                (true, false) => push(1.0, r.lo, None),
+                (false, true) => push(-1.0, r.hi, None),
                 (false, false) => {
-                    all.push(Unknown::Impulse { row, sign: 1.0, offset: 0.0 });
-                    all.push(Unknown::Impulse { row, sign: -1.0, offset: 0.0 });
+                    push(1.0, 0.0, None);
+                    push(-1.0, 0.0, None);
                 }
                 (true, true) => {
-                    all.push(Unknown::Impulse { row, sign: 1.0, offset: r.lo });
+                    let of = all.len();
+                    all.push(Unknown::Impulse { row, sign: 1.0, offset: r.lo, partner: Some(of + 1) });
                     all.push(Unknown::Excess { of, width: r.hi - r.lo });
                 }
             }
         }
         if all.len() > LARGEST {
-            return Err(format!("{} unknowns; the dense tableau of lemke takes at most {LARGEST}", all.len()));
+            return Err(format!(
+                "{} unknowns; the dense tableau of lemke takes at most {LARGEST}",
+                all.len()
+            ));
         }
         Ok(Unknowns { all })
     }
 
-    /// Offsets of all scalar rows: impulses = offsets + sum of signed unknowns.
-    fn offsets(&self, rows: usize) -> Vec<f64> {
-        let mut offsets = vec![0.0; rows];
-        for u in &self.all {
-            if let Unknown::Impulse { row, offset, .. } = *u {
-                offsets[row] += offset;
+    /// All scalar impulses: offsets plus the sum of signed unknowns.
+    fn flat(&self, rows: usize, z: &[f64]) -> Vec<f64> {
+        let mut flat = vec![0.0; rows];
+        for (u, z) in self.all.iter().zip(z) {
+            if let Unknown::Impulse { row, sign, offset, .. } = *u {
+                flat[row] += offset + sign * z;
             }
         }
-        offsets
+        flat
+    }
+
+    /// Impulses from the LCP's unknowns.
+    fn impulses<S: Space>(&self, problem: &ContactProblem<S>, z: &[f64]) -> Impulses<S> {
+        Impulses::from_flat(problem, &self.flat(problem.scalar_rows(), z)).expect("one number per scalar row")
     }
 
     /// The matrix M and vector q of the LCP.
     fn system(&self, a: &Csr, b: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
         let n = self.all.len();
         let dense = a.dense();
-        let base = a.times(&self.offsets(b.len()));
+        let base = a.times(&self.flat(b.len(), &vec![0.0; n]));
         let mut m = vec![vec![0.0; n]; n];
         let mut q = vec![0.0; n];
         for (i, u) in self.all.iter().enumerate() {
             match *u {
-                Unknown::Impulse { row, sign, .. } => {
+                Unknown::Impulse { row, sign, partner, .. } => {
                     q[i] = sign * (base[row] - b[row]);
-                    for (j, other) in self.all.iter().enumerate() {
-                        match *other {
-                            Unknown::Impulse { row: r, sign: s, .. } => m[i][j] = sign * s * dense[row][r],
-                            Unknown::Slip { plus, minus, .. } if plus == i || minus == i => m[i][j] = 1.0,
-                            Unknown::Excess { of, .. } if of == i => m[i][j] = 1.0,
-                            _ => {}
+                    for (entry, other) in m[i].iter_mut().zip(&self.all) {
+                        if let Unknown::Impulse { row: r, sign: s, .. } = *other {
+                            *entry = sign * s * dense[row][r];
                         }
+                    }
+                    if let Some(partner) = partner {
+                        m[i][partner] = 1.0;
                     }
                 }
                 Unknown::Slip { normal, friction, plus, minus } => {
-                    for (j, other) in self.all.iter().enumerate() {
-                        if matches!(*other, Unknown::Impulse { row, .. } if row == normal) {
-                            m[i][j] = friction;
-                        }
-                    }
+                    m[i][normal] = friction;
                     m[i][plus] = -1.0;
                     m[i][minus] = -1.0;
                 }
@@ -157,14 +184,14 @@ impl Unknowns {
         (m, q)
     }
 
-    /// Impulses from the LCP's unknowns.
-    fn impulses<S: Space>(&self, problem: &ContactProblem<S>, z: &[f64]) -> Impulses<S> {
-        let mut flat = self.offsets(problem.scalar_rows());
-        for (u, &value) in self.all.iter().zip(z) {
-            if let Unknown::Impulse { row, sign, .. } = *u {
-                flat[row] += sign * value;
-            }
-        }
-        Impulses::from_flat(problem, &flat).expect("one number per scalar row")
+    /// M z + q with the velocities formed on the bodies, where impulses that nearly cancel lose no digits.
+    fn slack<S: Space>(&self, problem: &ContactProblem<S>, prepared: &Prepared<S>, z: &[f64]) -> Vec<f64> {
+        let errors = prepared.velocity_errors(problem, &self.impulses(problem, z));
+        let slack = |u: &Unknown| match *u {
+            Unknown::Impulse { row, sign, partner, .. } => sign * errors[row] + partner.map_or(0.0, |p| z[p]),
+            Unknown::Slip { normal, friction, plus, minus } => friction * z[normal] - (z[plus] + z[minus]),
+            Unknown::Excess { of, width } => width - z[of],
+        };
+        self.all.iter().map(slack).collect()
     }
 }

@@ -1,14 +1,16 @@
-//! Projected Gauss-Seidel without a matrix (theory chapter 5, items 25, 35-39): for each row in turn
-//! gamma <- P(gamma - m (J u - target)), with u kept up to date on the bodies; P clamps the normal impulse
-//! at zero and projects friction on its disc or box. The scalar friction step m_t = 1/lambda_max(W_tt)
-//! followed by the radial projection has Coulomb's law as its fixed point. Cost per sweep: O(contacts).
+//! Projected Gauss-Seidel without a matrix (theory eqs. 4.12, 4.13, 5.15 and 5.22; items 25, 35-39): for each
+//! row in turn gamma <- P(gamma - m (J u - target)), with u kept up to date on the bodies; P clamps the normal
+//! impulse at zero and projects friction on its disc or box. The scalar friction step
+//! m_t = 1/lambda_max(W_tt) followed by the radial projection has Coulomb's law as its fixed point (5.23).
+//! Cost per sweep: O(contacts). Knows no matrix.
 
 use crate::cone::{project, project_tangent};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
+use crate::methods::judged;
 use crate::outcome::Outcome;
 use crate::prepared::{Prepared, PreparedContact, Row};
 use crate::problem::{BoundedRow, ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
-use crate::residual::residual_of;
+use crate::residual::largest;
 use carom_math::{Column, Space};
 
 /// The matrix-free sweep; holds memory between solves, nothing else.
@@ -16,16 +18,24 @@ use carom_math::{Column, Space};
 pub struct Pgs<S: Space> {
     prepared: Prepared<S>,
     velocities: Vec<Twist<S>>,
+    given: Impulses<S>,
 }
 
 impl<S: Space> ImpulseSolver<S> for Pgs<S> {
     fn name(&self) -> &'static str {
         "pgs"
     }
-    fn solve(&mut self, problem: &ContactProblem<S>, settings: &SolveSettings, impulses: &mut Impulses<S>) -> Outcome {
+    fn solve(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+    ) -> Outcome {
+        impulses.fit(problem);
         if problem.scalar_rows() == 0 {
             return Outcome::nothing_to_do();
         }
+        self.given.copy_from(impulses);
         self.prepared.update(problem);
         project(problem, impulses);
         self.velocities.clear();
@@ -35,15 +45,17 @@ impl<S: Space> ImpulseSolver<S> for Pgs<S> {
         while sweeps < settings.iterations {
             let change = self.sweep(problem, impulses);
             sweeps += 1;
-            // the change of a sweep bounds the residual at the rows' turns: a cheap hint to measure it
-            if change <= settings.tolerance {
-                let residual = residual_of(problem, &self.prepared, impulses);
-                if residual.absolute <= settings.tolerance {
-                    return Outcome::judged(sweeps, residual, settings.tolerance);
-                }
+            // a small change of all rows is necessary for a small residual and costs nothing: measure only then
+            if change <= settings.tolerance
+                && largest(problem, &self.prepared, impulses, &self.velocities).0 <= settings.tolerance
+            {
+                break;
+            }
+            if !change.is_finite() {
+                break;
             }
         }
-        Outcome::judged(sweeps, residual_of(problem, &self.prepared, impulses), settings.tolerance)
+        judged(problem, &self.prepared, (sweeps, settings.tolerance), &self.given, impulses)
     }
 }
 
@@ -58,41 +70,45 @@ impl<S: Space> Pgs<S> {
         for (c, g) in self.prepared.contacts.iter().zip(&mut impulses.contacts) {
             change = change.max(relax_contact(c, g, problem.friction_law, v));
         }
-        change
+        change.sqrt()
     }
 }
 
-/// One Gauss-Seidel update of a bounded row.
+/// One Gauss-Seidel update of a bounded row; returns the square of its change as a velocity.
 fn relax_row<S: Space>(given: &BoundedRow<S>, row: &Row<S>, impulse: &mut f64, v: &mut [Twist<S>]) -> f64 {
     let step = (row.velocity(v) - given.target) / row.inverse_effective_mass;
-    let next = (*impulse - step).clamp(given.lo, given.hi);
+    let next = (*impulse - step).max(given.lo).min(given.hi);
     let delta = next - *impulse;
     row.apply(delta, v);
     *impulse = next;
-    (delta * row.inverse_effective_mass).abs()
+    let moved = delta * row.inverse_effective_mass;
+    moved * moved
 }
 
-/// One Gauss-Seidel update of a contact: normal, then friction at the new limit.
+/// One Gauss-Seidel update of a contact: normal, then friction at the new limit; returns the square of the larger
+/// change as a velocity.
 pub fn relax_contact<S: Space>(
     c: &PreparedContact<S>,
     impulse: &mut Impulse<S>,
     law: FrictionLaw,
     v: &mut [Twist<S>],
 ) -> f64 {
-    let normal = (impulse.normal - c.normal_mass * (c.normal.velocity(v) - c.target)).max(0.0);
+    let (mut a, mut b) = c.pair(v);
+    let error = c.normal.velocity_between(&a, &b) - c.target;
+    let normal = (impulse.normal - c.normal_mass * error).max(0.0);
     let delta = normal - impulse.normal;
     impulse.normal = normal;
-    if delta != 0.0 {
-        c.normal.apply(delta, v);
-    }
-    let mut change = delta.abs() / c.normal_mass;
+    c.push(&c.normal, delta, &mut a, &mut b);
+    let moved = delta * c.normal.inverse_effective_mass;
+    let mut change = moved * moved;
     if c.friction > 0.0 {
-        let trial = impulse.tangent - c.slip(v) * c.tangent_mass;
+        let trial = impulse.tangent - c.slip_between(&a, &b) * c.tangent_mass;
         let tangent = project_tangent::<S>(trial, c.friction * normal, law);
         let delta = tangent - impulse.tangent;
-        c.apply_tangent(delta, v);
+        c.push_tangent(delta, &mut a, &mut b);
         impulse.tangent = tangent;
-        change = change.max(delta.norm() / c.tangent_mass);
+        change = change.max(delta.norm_squared() * c.inverse_tangent_mass * c.inverse_tangent_mass);
     }
+    c.store((a, b), v);
     change
 }

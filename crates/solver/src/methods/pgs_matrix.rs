@@ -1,10 +1,11 @@
-//! Projected Gauss-Seidel on the assembled A = J M^-1 J^T (theory chapter 5, items 34-37): the same updates
-//! in the same order as the matrix-free sweep, with u_i - target_i = (A gamma - b)_i read from the rows of A.
-//! It exists to show that both forms are one method (item 45); the matrix-free form is the faster one.
+//! Projected Gauss-Seidel on the assembled A = J M^-1 J^T (theory eqs. 5.15 and 5.18; items 34-37): the same
+//! updates in the same order as the matrix-free sweep, with u_i - target_i = (A gamma - b)_i read from the rows
+//! of A. It exists to show that both forms are one method (item 45); the matrix-free form is the faster one.
 
 use crate::cone::{project, project_tangent};
-use crate::delassus::{Csr, delassus_of, right_hand_side};
+use crate::delassus::{Csr, delassus_of, right_hand_side_of};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
+use crate::methods::judged;
 use crate::outcome::Outcome;
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, Impulses};
@@ -19,26 +20,35 @@ impl<S: Space> ImpulseSolver<S> for PgsMatrix {
     fn name(&self) -> &'static str {
         "pgs_matrix"
     }
-    fn solve(&mut self, problem: &ContactProblem<S>, settings: &SolveSettings, impulses: &mut Impulses<S>) -> Outcome {
+    fn solve(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+    ) -> Outcome {
+        impulses.fit(problem);
         if problem.scalar_rows() == 0 {
             return Outcome::nothing_to_do();
         }
+        let given = impulses.clone();
         let prepared = Prepared::of(problem);
         let a = delassus_of(problem, &prepared);
-        let b = right_hand_side(problem);
+        let b = right_hand_side_of(problem, &prepared);
         project(problem, impulses);
         let mut gamma = impulses.flat();
-        for sweeps in 1..=settings.iterations {
+        let mut sweeps = 0;
+        while sweeps < settings.iterations {
             let change = sweep(problem, &prepared, &a, &b, &mut gamma);
-            if change <= settings.tolerance || sweeps == settings.iterations {
+            sweeps += 1;
+            let last = sweeps == settings.iterations || !change.is_finite();
+            if change <= settings.tolerance || last {
                 *impulses = Impulses::from_flat(problem, &gamma).expect("as many numbers as rows");
-                let residual = residual_of(problem, &prepared, impulses);
-                if residual.absolute <= settings.tolerance || sweeps == settings.iterations {
-                    return Outcome::judged(sweeps, residual, settings.tolerance);
+                if last || residual_of(problem, &prepared, impulses).absolute <= settings.tolerance {
+                    break;
                 }
             }
         }
-        Outcome::judged(0, residual_of(problem, &prepared, impulses), settings.tolerance)
+        judged(problem, &prepared, (sweeps, settings.tolerance), &given, impulses)
     }
 }
 
@@ -48,13 +58,19 @@ fn velocity_error(a: &Csr, b: &[f64], gamma: &[f64], i: usize) -> f64 {
 }
 
 /// One sweep: bounded rows, then contacts; returns the largest change as a velocity.
-fn sweep<S: Space>(problem: &ContactProblem<S>, p: &Prepared<S>, a: &Csr, b: &[f64], gamma: &mut [f64]) -> f64 {
+fn sweep<S: Space>(
+    problem: &ContactProblem<S>,
+    p: &Prepared<S>,
+    a: &Csr,
+    b: &[f64],
+    gamma: &mut [f64],
+) -> f64 {
     let width = 1 + S::SLIP;
     let mut change: f64 = 0.0;
     for (k, row) in problem.rows.iter().enumerate() {
         let i = problem.contacts.len() * width + k;
         let diagonal = p.rows[k].inverse_effective_mass;
-        let next = (gamma[i] - velocity_error(a, b, gamma, i) / diagonal).clamp(row.lo, row.hi);
+        let next = (gamma[i] - velocity_error(a, b, gamma, i) / diagonal).max(row.lo).min(row.hi);
         change = change.max((next - gamma[i]).abs() * diagonal);
         gamma[i] = next;
     }

@@ -1,15 +1,16 @@
-//! One collision at a time (theory chapter 4, items 20-25): each approaching contact gets the impulse of an
-//! isolated collision, gamma = -(1+c_r) m_eff u_n, whose effect its neighbours feel before their turn;
-//! rounds go on until nothing approaches. Impulses are never taken back, so the answer depends on the order
-//! and is not that of the simultaneous law; its residual says by how much.
+//! One collision at a time (theory eqs. 3.8, 3.16, 3.17 and 4.20; items 20-25): each approaching contact gets the
+//! impulse of an isolated collision, gamma = -(1+c_r) m_eff u_n, then the friction that this impulse presses for;
+//! its neighbours feel both before their turn, and rounds in the contacts' order go on until nothing approaches.
+//! Impulses are never taken back, so the answer depends on the order and is not that of the simultaneous law; its
+//! residual says by how much. No collision gains energy, friction included. Knows no bounded rows.
 
-use crate::cone::project_tangent;
+use crate::friction::friction_impulse;
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::{Prepared, PreparedContact};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use crate::residual::residual_of;
-use carom_math::{Column, Space};
+use carom_math::Space;
 
 /// The sequential solver; holds memory between solves, nothing else.
 #[derive(Clone, Debug, Default)]
@@ -22,16 +23,20 @@ impl<S: Space> ImpulseSolver<S> for Sequential<S> {
     fn name(&self) -> &'static str {
         "sequential"
     }
-    fn solve(&mut self, problem: &ContactProblem<S>, settings: &SolveSettings, impulses: &mut Impulses<S>) -> Outcome {
-        if !problem.rows.is_empty() {
-            let reason = "the sequential solver resolves collisions only; bounded rows need pgs, pgs_matrix or lemke";
-            return Outcome {
-                iterations: 0,
-                residual: crate::residual::residual(problem, impulses),
-                stop: Stop::Refused(reason.into()),
-            };
-        }
+    fn solve(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+    ) -> Outcome {
+        impulses.fit(problem);
         self.prepared.update(problem);
+        if !problem.rows.is_empty() {
+            let reason =
+                "the sequential solver resolves collisions only; bounded rows need pgs, pgs_matrix or lemke";
+            let residual = residual_of(problem, &self.prepared, impulses);
+            return Outcome { iterations: 0, residual, stop: Stop::Refused(reason.into()) };
+        }
         self.velocities.clear();
         self.velocities.extend_from_slice(&problem.velocities);
         // a collision that has happened cannot be warm-started: every solve begins with no impulse
@@ -44,9 +49,6 @@ impl<S: Space> ImpulseSolver<S> for Sequential<S> {
                 approach = approach.max(collide(c, g, problem.friction_law, &mut self.velocities));
             }
             rounds += 1;
-            if approach == 0.0 {
-                break;
-            }
         }
         let residual = residual_of(problem, &self.prepared, impulses);
         let stop = if approach <= settings.tolerance { Stop::Converged } else { Stop::OutOfIterations };
@@ -55,24 +57,30 @@ impl<S: Space> ImpulseSolver<S> for Sequential<S> {
 }
 
 /// Resolves one collision when the contact approaches; returns the speed of approach it found \[m/s\].
-/// A first impact ends with the contact's target velocity, a later one with restitution of its own approach.
-pub fn collide<S: Space>(c: &PreparedContact<S>, total: &mut Impulse<S>, law: FrictionLaw, v: &mut [Twist<S>]) -> f64 {
-    let normal_velocity = c.normal.velocity(v);
-    let floor = c.target.min(0.0);
-    let approach = floor - normal_velocity;
-    if approach <= 0.0 {
+/// A contact with restitution and a target > 0 bounces from its own approach. Any other contact ends with its
+/// target, which it approaches when it is slower: a gap that may close (target < 0), rest, or a speed asked for.
+pub fn collide<S: Space>(
+    c: &PreparedContact<S>,
+    total: &mut Impulse<S>,
+    law: FrictionLaw,
+    v: &mut [Twist<S>],
+) -> f64 {
+    let (mut a, mut b) = c.pair(v);
+    let before = c.normal.velocity_between(&a, &b);
+    let bounces = c.target > 0.0 && c.restitution > 0.0;
+    let (floor, after) = if bounces { (0.0, -c.restitution * before) } else { (c.target, c.target) };
+    let approach = floor - before;
+    if approach.is_nan() || approach <= 0.0 {
         return 0.0;
     }
-    let after = if c.target > 0.0 { c.restitution * -normal_velocity } else { c.target };
-    let normal = c.normal_mass * (after - normal_velocity);
-    c.normal.apply(normal, v);
+    let normal = c.normal_mass * (after - before);
+    c.push(&c.normal, normal, &mut a, &mut b);
     total.normal += normal;
     if c.friction > 0.0 {
-        let trial = c.slip(v) * -c.tangent_mass;
-        let tangent = project_tangent::<S>(trial, c.friction * normal, law);
-        c.apply_tangent(tangent, v);
+        let tangent = friction_impulse(c, c.slip_between(&a, &b), c.friction * normal, law);
+        c.push_tangent(tangent, &mut a, &mut b);
         total.tangent += tangent;
     }
-    debug_assert!(total.normal >= 0.0 && total.tangent.is_finite());
+    c.store((a, b), v);
     approach
 }

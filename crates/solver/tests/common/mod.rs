@@ -3,7 +3,10 @@
 #![allow(dead_code)] // every test file takes what it needs
 
 use carom_math::{Column, Inertia, Rotation, Space};
-use carom_solver::{BoundedRow, Contact, ContactProblem, FrictionLaw, InverseMass, Twist};
+use carom_solver::{
+    BoundedRow, Contact, ContactProblem, FrictionLaw, Impulses, InverseMass, Outcome, SolveSettings,
+    SolverKind, Stop, Twist,
+};
 
 /// Runs a test written over a space in the plane and in space.
 #[macro_export]
@@ -74,7 +77,10 @@ impl Random {
     pub fn inverse_mass<S: Space>(&mut self) -> InverseMass<S> {
         let mass = self.between(0.3, 3.0);
         let extents = [self.between(0.2, 1.0), self.between(0.2, 1.0), self.between(0.2, 1.0)];
-        InverseMass { linear: 1.0 / mass, angular: self.turned::<S>(&box_inverse_inertia::<S>(mass, extents)) }
+        InverseMass {
+            linear: 1.0 / mass,
+            angular: self.turned::<S>(&box_inverse_inertia::<S>(mass, extents)),
+        }
     }
     /// An inverse inertia seen from a random orientation.
     pub fn turned<S: Space>(&mut self, inertia: &S::Inertia) -> S::Inertia {
@@ -235,7 +241,11 @@ pub fn kinetic_energy<S: Space>(problem: &ContactProblem<S>, velocities: &[Twist
 /// Fails unless two numbers agree.
 #[track_caller]
 pub fn assert_close(got: f64, wanted: f64, tolerance: f64, what: &str) {
-    assert!((got - wanted).abs() <= tolerance, "{what}: got {got:.17e}, wanted {wanted:.17e}, off by {:.3e}", got - wanted);
+    assert!(
+        (got - wanted).abs() <= tolerance,
+        "{what}: got {got:.17e}, wanted {wanted:.17e}, off by {:.3e}",
+        got - wanted
+    );
 }
 
 /// Fails unless two columns agree component by component.
@@ -243,4 +253,66 @@ pub fn assert_close(got: f64, wanted: f64, tolerance: f64, what: &str) {
 pub fn assert_column_close<C: Column>(got: C, wanted: C, tolerance: f64, what: &str) {
     let error = (got - wanted).max_abs();
     assert!(error <= tolerance, "{what}: got {got:?}, wanted {wanted:?}, off by {error:.3e}");
+}
+
+/// Solves a dense linear system by elimination with partial pivoting; `None` when it is singular.
+pub fn solve_dense(mut m: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
+    let n = b.len();
+    let size = m.iter().flatten().fold(0.0, |s: f64, x| s.max(x.abs()));
+    for k in 0..n {
+        let p = (k..n).max_by(|&i, &j| m[i][k].abs().total_cmp(&m[j][k].abs()))?;
+        if m[p][k].abs() <= 1e-13 * size {
+            return None;
+        }
+        m.swap(k, p);
+        b.swap(k, p);
+        for i in k + 1..n {
+            let f = m[i][k] / m[k][k];
+            let (top, below) = m.split_at_mut(i);
+            below[0].iter_mut().zip(&top[k]).skip(k).for_each(|(x, y)| *x -= f * y);
+            b[i] -= f * b[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let known: f64 = (k + 1..n).map(|j| m[k][j] * b[j]).sum();
+        b[k] = (b[k] - known) / m[k][k];
+    }
+    Some(b)
+}
+
+/// Solves with fresh memory from zero impulses.
+pub fn solve<S: Space>(
+    problem: &ContactProblem<S>,
+    kind: SolverKind,
+    iterations: usize,
+    tolerance: f64,
+) -> (Impulses<S>, Outcome) {
+    let mut impulses = Impulses::zero(problem);
+    let outcome = kind.make().solve(problem, &SolveSettings { iterations, tolerance }, &mut impulses);
+    (impulses, outcome)
+}
+
+/// Solves and fails unless the residual is small.
+#[track_caller]
+pub fn solved<S: Space>(problem: &ContactProblem<S>, kind: SolverKind, tolerance: f64) -> Impulses<S> {
+    let (impulses, outcome) = solve(problem, kind, 1_000_000, tolerance);
+    assert_eq!(outcome.stop, Stop::Converged, "{}: residual {:e}", kind.name(), outcome.residual.absolute);
+    impulses
+}
+
+/// A row of equal balls along the first axis, all contacts closed; contact i joins balls i and i + 1.
+pub fn cradle<S: Space>(speeds: &[f64]) -> ContactProblem<S> {
+    let masses = vec![ball::<S>(1.0, 0.5); speeds.len()];
+    let velocities = speeds.iter().map(|&v| moving(along(0, v))).collect();
+    let mut problem = ContactProblem::new(masses, velocities);
+    for i in 0..speeds.len() - 1 {
+        let c = contact((i, along(0, 0.5)), (i + 1, along(0, -0.5)), along(0, -1.0));
+        problem.contacts.push(Contact { id: i as u64, ..c });
+    }
+    problem
+}
+
+/// Speeds along the first axis.
+pub fn speeds<S: Space>(velocities: &[Twist<S>]) -> Vec<f64> {
+    velocities.iter().map(|v| v.linear[0]).collect()
 }

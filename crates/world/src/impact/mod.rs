@@ -53,8 +53,12 @@ impl Thresholds {
 
 /// Memory of the impact phase.
 pub struct Impacts<S: Geometry> {
-    problem: ContactProblem<S>,
-    impulses: Impulses<S>,
+    /// The impact problem of the last step that had one.
+    pub problem: ContactProblem<S>,
+    /// Its impulses.
+    pub impulses: Impulses<S>,
+    /// Index into the step's touches of each contact of the problem; empty when nothing approached.
+    pub struck: Vec<usize>,
     after: Vec<Twist<S>>,
     bounces: Vec<bool>,
 }
@@ -62,7 +66,8 @@ pub struct Impacts<S: Geometry> {
 impl<S: Geometry> Default for Impacts<S> {
     fn default() -> Self {
         let problem = ContactProblem::new(Vec::new(), Vec::new());
-        Impacts { impulses: Impulses::zero(&problem), problem, after: Vec::new(), bounces: Vec::new() }
+        let impulses = Impulses::zero(&problem);
+        Impacts { impulses, problem, struck: Vec::new(), after: Vec::new(), bounces: Vec::new() }
     }
 }
 
@@ -105,6 +110,7 @@ impl<S: Geometry> Impacts<S> {
         settings: &Settings<S>,
         thresholds: &Thresholds,
     ) -> bool {
+        self.struck.clear();
         let wanted = |t: &Touch<S>| {
             let u = normal_velocity(bodies, t);
             let role = thresholds.role(t.gap, u, t.restitution);
@@ -123,8 +129,9 @@ impl<S: Geometry> Impacts<S> {
         }
         assembly::begin(&mut self.problem, bodies, settings.friction_law);
         self.bounces.clear();
-        for t in touches {
+        for (k, t) in touches.iter().enumerate() {
             if let Some((role, _, target)) = wanted(t) {
+                self.struck.push(k);
                 self.problem.contacts.push(assembly::contact(bodies, t, target, &|_| S::Vector::ZERO));
                 self.bounces.push(role == Role::Bounces);
             }

@@ -5,7 +5,7 @@
 use crate::bodies::Bodies;
 use crate::error::StepError;
 use crate::force::Wrench;
-use crate::integrate::{Loads, Step};
+use crate::integrate::{Loads, Step, set_spin_momentum};
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia, Rotation};
 
@@ -21,7 +21,8 @@ pub fn midpoint_rotation<S: Geometry>(bodies: &mut Bodies<S>, i: usize, h: f64) 
 fn rotate<S: Geometry>(bodies: &mut Bodies<S>, i: usize, h: f64, halvings: usize) {
     let rotation = bodies.motion.rotation[i];
     let inverse = bodies.data[i].inverse_inertia;
-    let start = rotation.unrotate_spin(bodies.spin_momentum(i));
+    let momentum = bodies.spin_momentum(i);
+    let start = rotation.unrotate_spin(momentum);
     let mut middle = start;
     let mut settled = false;
     for _ in 0..ROUNDS {
@@ -42,9 +43,8 @@ fn rotate<S: Geometry>(bodies: &mut Bodies<S>, i: usize, h: f64, halvings: usize
     let turn = S::Rotation::cayley(inverse.apply(middle) * h);
     // body-axes rotation: applied before the old one
     let next = turn.then(&rotation);
-    let momentum = rotation.rotate_spin(start);
     bodies.motion.rotation[i] = next;
-    bodies.motion.angular_velocity[i] = bodies.inverse_mass(i).angular.apply(momentum);
+    set_spin_momentum(bodies, i, momentum);
 }
 
 /// Loads at the mean velocity: v_m = v0 + h/2 f(v_m)/m by fixed-point rounds, so that loads that depend on the

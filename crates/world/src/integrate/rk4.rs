@@ -5,7 +5,7 @@
 use crate::bodies::Bodies;
 use crate::error::StepError;
 use crate::force::Wrench;
-use crate::integrate::{DriftWork, Loads, Step};
+use crate::integrate::{DriftWork, Loads, Step, set_spin_momentum};
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia, Rotation};
 use carom_solver::Twist;
@@ -58,6 +58,9 @@ pub fn advance<S: Geometry>(
     }
     for i in 0..n {
         put(bodies, i, &end[i]);
+        if !keeps_spin(bodies, i) {
+            set_spin_momentum(bodies, i, end[i].l);
+        }
         if bodies.is_dynamic(i) {
             work.gravity += bodies.data[i].mass_properties.mass * step.gravity.dot(end[i].x - start[i].x);
         }

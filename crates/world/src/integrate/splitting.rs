@@ -5,8 +5,9 @@
 //! tops. Rejected: splitting over all three axes, which is of the same order and not exact for tops.
 
 use crate::bodies::Bodies;
+use crate::integrate::set_spin_momentum;
 use carom_geometry::Geometry;
-use carom_math::{Column, Inertia, Rotation};
+use carom_math::{Column, Rotation};
 
 /// Rotates body `i` freely for the time `h`, angular momentum in world axes kept.
 pub fn split_rotation<S: Geometry>(bodies: &mut Bodies<S>, i: usize, h: f64) {
@@ -32,8 +33,7 @@ pub fn split_rotation<S: Geometry>(bodies: &mut Bodies<S>, i: usize, h: f64) {
     let steady = S::Rotation::about(momentum * (h * reference));
     let frame = frame.then(&steady);
     bodies.motion.rotation[i] = d.axes.inverse().then(&frame);
-    let inverse = bodies.inverse_mass(i).angular;
-    bodies.motion.angular_velocity[i] = inverse.apply(momentum);
+    set_spin_momentum(bodies, i, momentum);
 }
 
 /// Indices of the smallest, middle and largest principal moment; all the same in the plane.

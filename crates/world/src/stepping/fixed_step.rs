@@ -24,7 +24,8 @@ use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolveSettings, Solve
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
 pub struct FixedStep<S: Geometry> {
     solver: Option<(SolverKind, Box<dyn ImpulseSolver<S>>)>,
-    impacts: Impacts<S>,
+    /// The impacts of the last step.
+    pub impacts: Impacts<S>,
     correction: Correction<S>,
     /// The contact problem of the last step.
     pub problem: ContactProblem<S>,

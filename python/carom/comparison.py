@@ -1,4 +1,4 @@
-"""The same scene with several solvers, side by side: residual, iterations, time, energy closure, trajectory error.
+"""The same scene with several solvers, side by side: residual, iterations, time, energy, trajectory error.
 
 Each solver starts from the same world. The trajectory error of a solver is the largest distance over all
 recorded frames and bodies between its positions and those of the most accurate run, which is the one with
@@ -204,7 +204,8 @@ def _factory(scene: Any) -> tuple[Callable[[], Any], float | None]:
     if callable(scene):
         return scene, None
     raise BuildError(
-        f"compare: scene must be a World, a function that makes one, a name or a path, got {scene!r}; give one of these",
+        f"compare: scene must be a World, a function that makes one, a name or a path, got {scene!r}; "
+        "give one of these",
         field="scene", value=scene, remedy="give a World, a function, a name or a path",
     )  # fmt: skip
 

@@ -1,0 +1,106 @@
+//! Many steps in one call, recorded: what a run is made of.
+
+use crate::arrays;
+use crate::core::Core;
+use crate::errors;
+use crate::records::{self, Records};
+use carom::{Geometry, StepError, World};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Frames and steps, one after another.
+#[derive(Default)]
+struct Recording {
+    time: Vec<f64>,
+    position: Vec<f64>,
+    rotation: Vec<f64>,
+    velocity: Vec<f64>,
+    angular_velocity: Vec<f64>,
+    contact_offsets: Vec<i64>,
+    contacts: Records,
+    steps: Records,
+    error: Option<StepError>,
+}
+
+impl Recording {
+    fn new() -> Self {
+        Recording { contact_offsets: vec![0], ..Recording::default() }
+    }
+    /// Appends the present state and the contacts of the last step.
+    fn frame<S: Geometry>(&mut self, world: &World<S>) {
+        let motion = &world.bodies().motion;
+        self.time.push(world.time());
+        self.position.extend(arrays::flat(&motion.position));
+        self.rotation.extend(arrays::flat_rotations::<S>(&motion.rotation));
+        self.velocity.extend(arrays::flat(&motion.velocity));
+        self.angular_velocity.extend(arrays::flat(&motion.angular_velocity));
+        let count = records::append_contacts(world, &mut self.contacts) as i64;
+        self.contact_offsets.push(self.contact_offsets.last().copied().unwrap_or(0) + count);
+    }
+    /// Flat arrays by name; the Python side gives them their shapes.
+    fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let dict = PyDict::new(py);
+        let frames = [
+            ("time", self.time),
+            ("position", self.position),
+            ("rotation", self.rotation),
+            ("velocity", self.velocity),
+            ("angular_velocity", self.angular_velocity),
+        ];
+        for (name, numbers) in frames {
+            dict.set_item(name, PyArray1::from_vec(py, numbers))?;
+        }
+        dict.set_item("contact_offsets", PyArray1::from_vec(py, self.contact_offsets))?;
+        dict.set_item("contacts", PyArray1::from_vec(py, self.contacts.0))?;
+        dict.set_item("steps", PyArray1::from_vec(py, self.steps.0))?;
+        Ok(dict)
+    }
+}
+
+/// The present state as a recording of one frame and no steps.
+///
+/// # Errors
+/// `BusyError` while a step is running.
+pub fn frame<'py, S: Geometry>(core: &Core<S>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    let mut recording = Recording::new();
+    recording.frame(&core.loan(py)?.world);
+    recording.into_dict(py)
+}
+
+/// Takes up to `count` steps of length `dt` \[s\], with a frame after every `every`-th (none for 0), and returns what
+/// was recorded and the exception of a failed step, before which the recording ends.
+///
+/// # Errors
+/// `BusyError` while a step is running.
+pub fn advance<'py, S: Geometry>(
+    core: &Core<S>,
+    py: Python<'py>,
+    count: usize,
+    dt: f64,
+    every: usize,
+) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
+    let mut recording = core.advance(py, |world| {
+        let mut recording = Recording::new();
+        for k in 1..=count {
+            match world.step(dt) {
+                Ok(report) => records::append_step(&report, &mut recording.steps),
+                Err(error) => {
+                    recording.error = Some(error);
+                    break;
+                }
+            }
+            if every > 0 && k % every == 0 {
+                recording.frame(world);
+            }
+        }
+        recording
+    })?;
+    let error = recording.error.take().map(|e| failed(core, py, &e));
+    Ok((recording.into_dict(py)?, error))
+}
+
+/// The exception of a failed step: what a force field raised, or the engine's own.
+pub fn failed<S: Geometry>(core: &Core<S>, py: Python<'_>, error: &StepError) -> PyErr {
+    core.fields.take_raised().unwrap_or_else(|| errors::step(py, error))
+}

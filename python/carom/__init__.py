@@ -1,0 +1,112 @@
+"""carom: rigid bodies in the plane and in space that certify what they compute.
+
+>>> from carom import planar
+>>> w = planar.World()
+>>> floor = w.add_static("floor", planar.HalfPlane())
+>>> box = w.add_body("box", planar.Box(1, 1), density=2.0, position=(0, 0.5))
+>>> w.step().converged
+True
+
+Units are SI throughout; `carom.planar` and `carom.spatial` have the same verbs. Modules that read scene files or
+record runs are loaded when they are first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from carom import _carom, collision, errors, impact, planar, spatial
+from carom._problem import ContactProblem, Residual, Solution
+from carom._report import Snapshot, StepReport
+from carom.errors import (
+    BuildError,
+    BusyError,
+    CaromError,
+    RunFileError,
+    SceneError,
+    SolverError,
+    StepError,
+    ViewError,
+)
+
+if TYPE_CHECKING:
+    from carom.compare import Comparison, compare
+    from carom.meshes import load_mesh
+    from carom.run import Run
+    from carom.scene import Scene, load_scene
+
+__version__: str = _carom.__version__
+#: Lines of the energy ledger, in order.
+LEDGER_LINES: tuple[str, ...] = tuple(_carom.LEDGER_LINES)
+#: Solvers by name.
+SOLVERS: tuple[str, ...] = tuple(_carom.SOLVERS)
+#: Meaning of the codes of a contact's `status`.
+CONTACT_STATUS: tuple[str, ...] = tuple(_carom.CONTACT_STATUS)
+
+_LATER = {
+    "Comparison": "carom.compare",
+    "compare": "carom.compare",
+    "load_mesh": "carom.meshes",
+    "Run": "carom.run",
+    "Scene": "carom.scene",
+    "load_scene": "carom.scene",
+}
+
+
+def build_scene(name: str) -> planar.World | spatial.World:
+    """The world of a scene that comes with the engine, by name; `carom scenes` lists them.
+
+    Raises
+    ------
+    BuildError
+        For an unknown name.
+    """
+    if not any(name == known for known, *_ in _carom.scene_names()):
+        raise errors.unknown("scene", str(name), [known for known, *_ in _carom.scene_names()])
+    native = _carom.build_scene(name)
+    return planar.World._adopt(native) if isinstance(native, _carom.PlanarWorld) else spatial.World._adopt(native)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module 'carom' has no attribute {name!r}")
+    found = getattr(import_module(_LATER[name]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LATER})
+
+
+__all__ = [
+    "CONTACT_STATUS",
+    "LEDGER_LINES",
+    "SOLVERS",
+    "BuildError",
+    "BusyError",
+    "CaromError",
+    "Comparison",
+    "ContactProblem",
+    "Residual",
+    "Run",
+    "RunFileError",
+    "Scene",
+    "SceneError",
+    "Snapshot",
+    "Solution",
+    "SolverError",
+    "StepError",
+    "StepReport",
+    "ViewError",
+    "build_scene",
+    "collision",
+    "compare",
+    "errors",
+    "impact",
+    "load_mesh",
+    "load_scene",
+    "planar",
+    "spatial",
+]

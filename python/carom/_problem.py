@@ -1,0 +1,346 @@
+"""The contact problem as a value: matrices, vectors, solvers, residual, files (theory chapter 5, items 27-47).
+
+Find impulses gamma with u = J (v + M^-1 J^T gamma) so that 0 <= gamma_n, u_n - target >= 0, not both positive, and
+friction opposes the slip within its limit. Scalar rows come contact by contact, normal first, then tangents, and
+general bounded rows last; a velocity has the linear components first. Knows no shapes and no time.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from carom import _carom
+from carom._problem_file import read_problem, write_problem
+from carom._space import PLANAR, SPATIAL, Floats, Space, frozen, number, whole
+from carom.errors import BuildError, refused, unknown
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Most contacts whose A is drawn as coloured squares; beyond, as dots.
+MOST_SQUARES = 1500
+
+
+class Residual(NamedTuple):
+    """How far impulses are from solving a problem, by the natural map of the contact law.
+
+    Attributes
+    ----------
+    absolute : largest over contacts and rows [m/s]
+    relative : the same by the largest velocity that impulses had to change [1]
+    worst : ("contact" | "row", index) where it is largest; None when it is 0 everywhere
+    """
+
+    absolute: float
+    relative: float
+    worst: tuple[str, int] | None
+
+
+@dataclass(frozen=True, repr=False)
+class Solution:
+    """What a solver found.
+
+    Attributes
+    ----------
+    solver : its name
+    impulse : (k, d) float64 array, normal and tangential impulse of each contact, in its frame [N s]
+    row_impulse : (r,) float64 array of the general rows
+    velocity : (n, 3|6) float64 array after the impulses, linear then angular [m/s], [rad/s]
+    residual, relative_residual, worst : see `Residual`
+    iterations : spent [1]
+    status : "converged", "out_of_iterations" or "refused"
+    reason : why the method refused, else None; the impulses are then those it started from
+    """
+
+    solver: str
+    impulse: Floats
+    row_impulse: Floats
+    velocity: Floats
+    residual: float
+    relative_residual: float
+    worst: tuple[str, int] | None
+    iterations: int
+    status: str
+    reason: str | None
+
+    @property
+    def converged(self) -> bool:
+        """Whether the residual is at or below the tolerance."""
+        return self.status == "converged"
+
+    def __repr__(self) -> str:
+        why = f" ({self.reason})" if self.reason is not None else ""
+        return (
+            f"<Solution by {self.solver}: {len(self.impulse)} contacts, residual {self.residual:.1e} m/s, "
+            f"{self.iterations} iterations, {self.status}{why}>"
+        )
+
+
+class ContactProblem:
+    """Simultaneous contacts and bounded rows between bodies; does not change.
+
+    From ``w.problem()``, from a file with `load`, or from plain numbers with `from_dict`.
+    """
+
+    __slots__ = ("_names", "_native", "_space")
+    _native: Any
+    _space: Space
+    _names: tuple[str, ...]
+
+    def __init__(self) -> None:
+        raise TypeError("use w.problem(), ContactProblem.load(path) or ContactProblem.from_dict(table)")
+
+    @classmethod
+    def _of(cls, space: Space, native: Any, names: tuple[str, ...] = ()) -> Self:
+        made = cls.__new__(cls)
+        made._native, made._space, made._names = native, space, names
+        return made
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any]) -> Self:
+        """A problem from the plain form of `to_dict`; arrays and sequences are taken.
+
+        Raises
+        ------
+        BuildError
+            Naming the entry that is missing, of a wrong count, or no physics, e.g. ``contacts[3].normal``.
+        """
+        space = {"planar": PLANAR, "spatial": SPATIAL}.get(str(table.get("space")))
+        if space is None:
+            remedy = 'give "planar" or "spatial"'
+            raise refused(None, "space", 'must be "planar" or "spatial"', table.get("space"), remedy)
+        plain = {key: value for key, value in table.items() if key != "names"}
+        try:
+            text = json.dumps(plain, default=_plain, allow_nan=False)
+        except (TypeError, ValueError) as error:
+            remedy = "give finite numbers and lists"
+            raise BuildError(f"contact problem: {error}; {remedy}", field="table", remedy=remedy) from None
+        return cls._of(space, space.problem.from_json(text), tuple(table.get("names", ())))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The problem as plain values: space, inverse_masses, velocities, contacts, rows, friction_law, names."""
+        table: dict[str, Any] = json.loads(self._native.to_json())
+        return {**table, "names": list(self._names)}
+
+    def save(self, path: str | Path) -> None:
+        """Writes the problem as JSON (``.json``) or HDF5 (``.h5``, with units).
+
+        Raises
+        ------
+        RunFileError
+            For another suffix, and when the path cannot be written.
+        """
+        write_problem(Path(path), self.to_dict())
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Reads a problem that `save` wrote, and checks it.
+
+        Raises
+        ------
+        RunFileError
+            When the file cannot be read as one.
+        BuildError
+            When its numbers are no contact problem.
+        """
+        return cls.from_dict(read_problem(Path(path)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self).from_dict, (self.to_dict(),)
+
+    @property
+    def space(self) -> str:
+        """ "planar" or "spatial"."""
+        return self._space.name
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the bodies, where known."""
+        return self._names
+
+    @property
+    def n_bodies(self) -> int:
+        """Number of bodies [1]."""
+        return int(self._native.counts()[0])
+
+    @property
+    def n_contacts(self) -> int:
+        """Number of contacts [1]."""
+        return int(self._native.counts()[1])
+
+    def __len__(self) -> int:
+        return self.n_contacts
+
+    @property
+    def pairs(self) -> npt.NDArray[np.int64]:
+        """(k, 2) int64 array, rows of bodies a and b."""
+        return np.array(self._native.pairs(), dtype=np.int64).reshape(-1, 2)
+
+    @property
+    def A(self) -> Any:
+        """Delassus matrix J M^-1 J^T over scalar rows: scipy.sparse csr_array [1/kg]."""
+        return self._matrix("A")
+
+    @property
+    def J(self) -> Any:
+        """Jacobian, scalar rows x (3 | 6) n: scipy.sparse csr_array."""
+        return self._matrix("J")
+
+    @property
+    def inverse_mass_matrix(self) -> Any:
+        """M^-1, block diagonal, world axes: scipy.sparse csr_array [1/kg], [1/(kg m^2)]."""
+        return self._matrix("M")
+
+    def _matrix(self, which: str) -> Any:
+        from scipy import sparse
+
+        values, columns, starts, shape = self._native.matrix(which)
+        return sparse.csr_array((values, columns, starts), shape=shape)
+
+    @property
+    def b(self) -> Floats:
+        """(rows,) float64 array, target - J v [m/s]: A gamma = b where every contact presses and sticks."""
+        return frozen(self._native.vector("b"))
+
+    @property
+    def target(self) -> Floats:
+        """(rows,) float64 array, velocity that a pressed row ends with [m/s]; 0 for tangents."""
+        return frozen(self._native.vector("target"))
+
+    @property
+    def friction(self) -> Floats:
+        """(k,) float64 array, coefficients of friction [1]."""
+        return frozen(self._native.vector("friction"))
+
+    @property
+    def restitution(self) -> Floats:
+        """(k,) float64 array, coefficients of restitution [1]; contained in the targets already."""
+        return frozen(self._native.vector("restitution"))
+
+    @property
+    def gap(self) -> Floats:
+        """(k,) float64 array, distance of the surfaces [m]; negative for overlap."""
+        return frozen(self._native.vector("gap"))
+
+    def solve(
+        self,
+        solver: str = "pgs",
+        *,
+        iterations: int = 100,
+        tolerance: float = 1e-6,
+        friction_law: str | None = None,
+        start: npt.ArrayLike | None = None,
+    ) -> Solution:
+        """Solves the problem, without the interpreter's lock.
+
+        Parameters
+        ----------
+        solver : "pgs", "pgs_matrix", "sequential", "direct" or "lemke"
+        iterations : most to spend [1]
+        tolerance : residual at which to stop [m/s]; 0 spends all iterations
+        friction_law : "disc" or "box"; the problem's own when absent
+        start : impulses to start from, as `Solution.impulse` (with rows: flat, in scalar order) [N s]
+
+        Raises
+        ------
+        BuildError
+            For an unknown solver or law, and numbers out of range.
+
+        A method that cannot solve the problem says so in the solution's status and reason.
+        """
+        if solver not in _carom.SOLVERS:
+            raise unknown("solver", str(solver), _carom.SOLVERS)
+        most = whole(iterations, "iterations", "give the most iterations to spend")
+        limit = number(tolerance, "tolerance", "m/s")
+        if most < 1 or not limit >= 0:
+            field, value = ("iterations", most) if most < 1 else ("tolerance", limit)
+            raise refused(None, field, "must be >= 1" if most < 1 else "must be >= 0", value, "see its unit")
+        flat = None if start is None else self._flat(start, "start")
+        found = self._native.solve(str(solver), most, limit, friction_law, flat)
+        split = self.n_contacts * self._space.dimension
+        residual = Residual(*found["residual"])
+        return Solution(
+            solver=str(solver),
+            impulse=found["impulse"][:split].reshape(-1, self._space.dimension),
+            row_impulse=found["impulse"][split:],
+            velocity=found["velocity"],
+            residual=residual.absolute,
+            relative_residual=residual.relative,
+            worst=residual.worst,
+            iterations=found["iterations"],
+            status=found["status"],
+            reason=found["reason"],
+        )
+
+    def residual(self, impulse: npt.ArrayLike, *, friction_law: str | None = None) -> Residual:
+        """Residual of any impulses: the one number that judges every solver.
+
+        Parameters
+        ----------
+        impulse : (k, d), or flat in scalar order with rows [N s]
+        friction_law : "disc" or "box"; the problem's own when absent
+
+        Raises
+        ------
+        BuildError
+            For a wrong count.
+        """
+        return Residual(*self._native.residual(self._flat(impulse, "impulse"), friction_law))
+
+    def _flat(self, value: npt.ArrayLike, field: str) -> list[float]:
+        _, contacts, rows = self._native.counts()
+        count = contacts * self._space.dimension + rows
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            array = np.full(1, np.nan)
+        if array.size != count or not np.isfinite(array).all():
+            remedy = f"give ({contacts}, {self._space.dimension}) finite numbers: normal, then tangents, in N s"
+            raise refused(None, field, f"must be {count} finite numbers", value, remedy)
+        flat: list[float] = array.ravel().tolist()
+        return flat
+
+    def spy(self, ax: Axes | None = None) -> Axes:
+        """Draws A: size by colour, or its pattern alone when it is large.
+
+        Parameters
+        ----------
+        ax : axes to draw into; a figure of its own when absent
+        """
+        from matplotlib.colors import LogNorm
+        from matplotlib.figure import Figure
+
+        axes = ax if ax is not None else Figure(figsize=(6.5, 6.0), layout="constrained").add_subplot()
+        matrix = self.A
+        axes.set_title(f"A = J M⁻¹ Jᵀ: {matrix.shape[0]} rows, {matrix.nnz} entries", fontsize="medium")
+        axes.set_xlabel("scalar row [1]")
+        axes.set_ylabel("scalar row [1]")
+        if matrix.nnz == 0:
+            axes.text(0.5, 0.5, "no contacts", ha="center", va="center", transform=axes.transAxes)
+        elif matrix.shape[0] > MOST_SQUARES:
+            axes.spy(matrix, markersize=0.5)
+        else:
+            size = np.abs(matrix.toarray())
+            shown = np.ma.masked_less_equal(size, 1e-12 * size.max())
+            norm = LogNorm(vmin=float(shown.min()), vmax=float(shown.max()))
+            image = axes.imshow(shown, norm=norm, cmap="cividis", interpolation="nearest")
+            axes.figure.colorbar(image, ax=axes, label="|A| [1/kg]", shrink=0.8)
+        return axes
+
+    def __repr__(self) -> str:
+        bodies, contacts, rows = self._native.counts()
+        general = f", {rows} general rows" if rows else ""
+        return f"<{self.space} ContactProblem: {contacts} contacts{general} between {bodies} bodies>"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    raise TypeError(f"{value!r} is no plain value")

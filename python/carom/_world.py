@@ -1,0 +1,631 @@
+"""The world: bodies, settings, steps; one text for `carom.planar` and `carom.spatial`.
+
+The engine holds the state. ``position``, ``rotation``, ``velocity`` and ``angular_velocity`` are arrays over its own
+memory: reading them costs nothing, writing them moves the bodies, and while one of them is alive no body can be
+added or removed. A step runs without the interpreter's lock; arrays keep showing the state before it until it ends.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, Self, TypeVar, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from carom import _carom
+from carom._adding import attributed, body_arguments
+from carom._body import ANGULAR_VELOCITY, POSITION, ROTATION, VELOCITY, Body
+from carom._problem import ContactProblem
+from carom._report import Chunk, Snapshot, StepReport, chunk_of
+from carom._shapes import ShapeLike
+from carom._space import Floats, Records, Space, frozen, number
+from carom.errors import BuildError, StepError, refused, shown, unknown
+
+if TYPE_CHECKING:
+    from carom.run import ProgressLike, Run
+
+Density = float | Callable[[Floats], npt.ArrayLike]
+#: A force field: (time [s], (n, d) positions [m], (n, d) velocities [m/s]) -> (n, d) forces [N], or a dictionary
+#: with "force" and "torque" ((n,) | (n, 3) [N m]).
+Force = Callable[[float, Floats, Floats], npt.ArrayLike | Mapping[str, npt.ArrayLike]]
+
+T = TypeVar("T")
+
+
+class Setting(Generic[T]):
+    """A setting of the world as an attribute; the engine checks what is assigned."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, world: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, world: World, owner: type) -> T: ...
+    def __get__(self, world: World | None, owner: type) -> Self | T:
+        if world is None:
+            return self
+        value: T = world.settings[self.name]
+        return value
+
+    def __set__(self, world: World, value: T) -> None:
+        world._set(self.name, value)
+
+
+class World:
+    """Bodies, settings and time.
+
+    Parameters
+    ----------
+    gravity : (d,) [m/s^2]; 9.81 downwards along the last axis when absent
+    dt : length of a step [s]; 1/240 when absent
+    settings : any other attribute named below
+
+    Raises
+    ------
+    BuildError
+        Naming a setting that is unknown or out of range.
+    """
+
+    _space: ClassVar[Space]
+    __slots__ = ("__weakref__", "_forces", "_late_error", "_native", "last_run")
+
+    gravity: Setting[Any] = Setting("(d,) acceleration of uniform gravity [m/s^2].")
+    dt: Setting[float] = Setting("Length of a step [s].")
+    integrator: Setting[str] = Setting(
+        '"trapezoid" (default), "explicit_euler", "semi_implicit_euler", "implicit_midpoint" or "rk4".'
+    )
+    scheme: Setting[str] = Setting('Time-stepping scheme: "fixed_step".')
+    solver: Setting[str] = Setting('"pgs" (default), "pgs_matrix", "sequential", "direct" or "lemke".')
+    iterations: Setting[int] = Setting("Most iterations per solve [1].")
+    tolerance: Setting[float] = Setting("Residual at which a solve stops [m/s]; 0 spends all iterations.")
+    warm_start: Setting[bool] = Setting("Whether a solve starts from the last step's impulses.")
+    friction_law: Setting[str] = Setting('"disc" (Coulomb, default) or "box" (each tangent on its own).')
+    impact: Setting[str] = Setting('Impact law: "newton" (default) or "sequential"; see `carom.impact`.')
+    rest_speed_factor: Setting[float] = Setting("Impacts slower than this times |g| dt do not bounce [1].")
+    position_correction: Setting[str] = Setting('"split_impulse" (default), "nudge" or "none".')
+    correction_fraction: Setting[float] = Setting("Share of an overlap that a step corrects [1].")
+    correction_slop: Setting[float | None] = Setting("Overlap left alone [m]; None: from the smallest body.")
+    contact_margin: Setting[float | None] = Setting("Gap up to which contacts are found [m]; None: from speed.")
+    friction_mixing: Setting[str] = Setting('"geometric" (default), "min", "max", "mean", "product", "harmonic".')
+    restitution_mixing: Setting[str] = Setting('"max" (default) or another of the same mixings.')
+
+    def __init__(self, gravity: Any = None, dt: float | None = None, **settings: Any) -> None:
+        self._native: Any = self._space.world()
+        self._forces: dict[str, Force] = {}
+        self._late_error: BaseException | None = None
+        self.last_run: Run | None = None
+        given = {"gravity": gravity, "dt": dt}
+        for name, value in {**{k: v for k, v in given.items() if v is not None}, **settings}.items():
+            self._set(name, value)
+
+    @classmethod
+    def _adopt(cls, native: _carom.PlanarWorld | _carom.SpatialWorld) -> Self:
+        """A world around one that the engine made."""
+        world = cls()
+        world._native = native
+        return world
+
+    # --- settings ---
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All settings as plain values."""
+        found: dict[str, Any] = json.loads(self._native.settings())
+        return found
+
+    def _set(self, name: str, value: Any) -> None:
+        known = list(self.settings)
+        if name not in known:
+            raise unknown("setting", name, known)
+        if name == "gravity":
+            value = self._space.vector(value, "gravity", "m/s^2")
+        plain = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+        if isinstance(plain, float) and not np.isfinite(plain):
+            raise refused(None, name, "must be finite", plain, "see the setting's unit")
+        try:
+            text = json.dumps(plain)
+        except TypeError:
+            raise refused(None, name, "must be a plain value", value, "see the setting's values") from None
+        with attributed({name: value}):
+            self._native.set(name, text)
+
+    # --- bodies ---
+
+    def add_body(
+        self,
+        name: str,
+        shape: ShapeLike | None = None,
+        *,
+        density: Density | None = None,
+        mass: float | None = None,
+        inertia: Any = None,
+        center_of_mass: Any = None,
+        position: Any = None,
+        origin: Any = None,
+        rotation: Any = None,
+        velocity: Any = None,
+        angular_velocity: Any = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+        linear_damping: float = 0.0,
+        angular_damping: float = 0.0,
+        collision_groups: int = 1,
+        collision_mask: int = 0xFFFF_FFFF,
+        can_rotate: bool = True,
+        density_tolerance: float = 1e-6,
+        kind: str = "dynamic",
+        **unknown_arguments: Never,
+    ) -> Body:
+        """Adds a body.
+
+        Parameters
+        ----------
+        name : unlike that of any other body
+        shape : None makes a particle, which needs a mass and does not rotate
+        density : [kg/m^2] in the plane, [kg/m^3] in space; or a function of (n, d) points in shape axes [m] that
+            returns (n,) densities, integrated to the relative `density_tolerance`
+        mass : [kg], spread evenly over the shape unless `inertia` is given
+        inertia : float | (3, 3) about the centre of mass in shape axes [kg m^2]; with `mass`
+        center_of_mass : (d,) in shape axes [m]; with `mass` and `inertia`; the shape's centroid when absent
+        position : (d,) of the centre of mass [m]; or
+        origin : (d,) of the shape's own frame [m]; the world's origin when neither is given
+        rotation : angle [rad] or [cos, sin] | quaternion [w, x, y, z]
+        velocity, angular_velocity : (d,) [m/s] of the centre of mass; float | (3,) [rad/s], world axes
+        friction, restitution : coefficients [1]
+        linear_damping, angular_damping : decay rates [1/s]
+        collision_groups, collision_mask : groups as bits; two bodies collide when each one's groups meet the
+            other's mask
+        can_rotate : False for a body that nothing turns
+        kind : "dynamic", "static" or "kinematic"; see `add_static`, `add_kinematic`
+
+        Raises
+        ------
+        BuildError
+            Naming body, field, value and remedy; nothing is added then.
+        ViewError
+            While arrays over the bodies are alive.
+        """
+        given = {key: value for key, value in locals().items() if key not in ("self", "unknown_arguments")}
+        return self._add(given, unknown_arguments)
+
+    def add_static(
+        self,
+        name: str,
+        shape: ShapeLike,
+        *,
+        position: Any = None,
+        origin: Any = None,
+        rotation: Any = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+        collision_groups: int = 1,
+        collision_mask: int = 0xFFFF_FFFF,
+        **unknown_arguments: Never,
+    ) -> Body:
+        """Adds an obstacle that never moves; `position` and `origin` both place the shape's frame.
+
+        Arguments and errors as for `add_body`.
+        """
+        given = {key: value for key, value in locals().items() if key not in ("self", "unknown_arguments")}
+        return self._add({**given, "kind": "static"}, unknown_arguments)
+
+    def add_kinematic(
+        self,
+        name: str,
+        shape: ShapeLike,
+        *,
+        velocity: Any = None,
+        angular_velocity: Any = None,
+        position: Any = None,
+        origin: Any = None,
+        rotation: Any = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+        collision_groups: int = 1,
+        collision_mask: int = 0xFFFF_FFFF,
+        **unknown_arguments: Never,
+    ) -> Body:
+        """Adds an obstacle that moves with the velocity it is given, whatever it meets.
+
+        Arguments and errors as for `add_body`; `position` and `origin` both place the shape's frame.
+        """
+        given = {key: value for key, value in locals().items() if key not in ("self", "unknown_arguments")}
+        return self._add({**given, "kind": "kinematic"}, unknown_arguments)
+
+    def _add(self, given: dict[str, Any], unknown_arguments: Mapping[str, Any]) -> Body:
+        name = given["name"]
+        for word in unknown_arguments:
+            raise unknown("argument", word, [key for key in given if key != "name"], name)
+        arguments, shape = body_arguments(given, self._space)
+        with attributed({**given, "shape": shape}):
+            self._native.add(name, arguments)
+        return Body(self, name)
+
+    def remove(self, name: str | Body) -> None:
+        """Removes a body; rows of arrays after its own move up by one.
+
+        Raises
+        ------
+        BuildError
+            When there is no such body.
+        ViewError
+            While arrays over the bodies are alive.
+        """
+        self._native.remove(name.name if isinstance(name, Body) else name)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the bodies in the order of their rows."""
+        return tuple(self._native.names())
+
+    def __getitem__(self, name: str) -> Body:
+        if not isinstance(name, str):
+            raise refused(None, "name", "must be a body's name", name, "see w.names")
+        self._native.index(name)
+        return Body(self, name)
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and self._native.has(name)
+
+    def __len__(self) -> int:
+        return int(self._native.count())
+
+    def __iter__(self) -> Iterator[Body]:
+        return (Body(self, name) for name in self.names)
+
+    # --- arrays over all bodies ---
+
+    @property
+    def position(self) -> Floats:
+        """(n, d) float64 view, centres of mass [m]; valid and writable until dropped."""
+        array: Floats = self._native.view(POSITION)
+        return array
+
+    @position.setter
+    def position(self, value: npt.ArrayLike) -> None:
+        self._fill(self.position, "position", value)
+
+    @property
+    def rotation(self) -> Floats:
+        """(n, 2) [cos, sin] | (n, 4) [w, x, y, z] float64 view; length 1 is restored by the next step."""
+        array: Floats = self._native.view(ROTATION)
+        return array
+
+    @rotation.setter
+    def rotation(self, value: npt.ArrayLike) -> None:
+        self._fill(self.rotation, "rotation", value)
+
+    @property
+    def velocity(self) -> Floats:
+        """(n, d) float64 view, velocities of the centres of mass [m/s]; static bodies must keep 0."""
+        array: Floats = self._native.view(VELOCITY)
+        return array
+
+    @velocity.setter
+    def velocity(self, value: npt.ArrayLike) -> None:
+        self._fill(self.velocity, "velocity", value)
+
+    @property
+    def angular_velocity(self) -> Floats:
+        """(n,) | (n, 3) float64 view, world axes [rad/s]; static bodies must keep 0."""
+        array: Floats = self._native.view(ANGULAR_VELOCITY)
+        return array[:, 0] if self._space.is_planar else array
+
+    @angular_velocity.setter
+    def angular_velocity(self, value: npt.ArrayLike) -> None:
+        self._fill(self.angular_velocity, "angular_velocity", value)
+
+    @staticmethod
+    def _fill(view: Floats, field: str, value: npt.ArrayLike) -> None:
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            array = np.zeros(0)
+        if array.shape != view.shape:
+            raise refused(None, field, f"must be a {view.shape} array", value, "give a row for each body")
+        view[...] = array
+
+    @property
+    def mass(self) -> Floats:
+        """(n,) float64 array [kg]; inf for bodies that forces do not move."""
+        return frozen(self._native.masses())
+
+    # --- loads ---
+
+    def add_force(self, name: str, function: Force) -> None:
+        """Adds a force field, or replaces the one of this name.
+
+        Parameters
+        ----------
+        function : called at least once per step with the time [s] and copies of positions (n, d) [m] and velocities
+            (n, d) [m/s]; returns forces (n, d) [N] at the centres of mass, or a dictionary with "force" and
+            "torque" ((n,) | (n, 3) [N m]). Rows of static and kinematic bodies are ignored. An exception that it
+            raises comes out of `step`, and the step is not taken. It should depend on its arguments alone: an
+            integrator may ask several times in a step.
+
+        Raises
+        ------
+        BuildError
+            When `function` cannot be called.
+        """
+        if not callable(function):
+            raise refused(None, "function", "must be callable", function, "give f(time, position, velocity)")
+        self._native.add_force(name, _loads(name, function, self._space))
+        self._forces[name] = function
+
+    def remove_force(self, name: str) -> None:
+        """Removes a force field.
+
+        Raises
+        ------
+        BuildError
+            When there is none of this name.
+        """
+        if not self._native.remove_force(name):
+            raise unknown("force field", name, list(self._forces))
+        self._forces.pop(name, None)
+
+    @property
+    def forces(self) -> tuple[str, ...]:
+        """Names of the force fields, in the order they act."""
+        return tuple(self._native.force_fields())
+
+    # --- motion ---
+
+    @property
+    def time(self) -> float:
+        """Time [s]."""
+        return float(self._native.time())
+
+    def step(self, dt: float | None = None) -> StepReport:
+        """Takes one step, without the interpreter's lock.
+
+        Parameters
+        ----------
+        dt : its length [s]; the setting when absent
+
+        Raises
+        ------
+        StepError
+            Naming the body whose numbers are not finite, or the argument; the world is as before.
+        SolverError
+            When the solver refuses the contact problem; the world is as before.
+        BusyError
+            When another thread steps this world.
+        """
+        return StepReport._make(self._native.step(None if dt is None else number(dt, "dt", "s")))
+
+    def run(
+        self,
+        duration: float,
+        *,
+        dt: float | None = None,
+        solver: str | None = None,
+        iterations: int | None = None,
+        tolerance: float | None = None,
+        every: int = 1,
+        out: str | Path | None = None,
+        progress: ProgressLike = None,
+    ) -> Run:
+        """Takes steps for a duration [s] and records them; see `carom.run.run_world`.
+
+        Parameters
+        ----------
+        dt, solver, iterations, tolerance : settings for this run alone
+        every : steps between recorded frames
+        out : HDF5 file to record into; in memory when absent
+        progress : True for a bar, or a function of a `carom.run.Moment`
+
+        Raises
+        ------
+        StepError, KeyboardInterrupt
+            What was done until then is in ``last_run``.
+        """
+        from carom.run import run_world
+
+        return run_world(
+            self, duration, dt=dt, solver=solver, iterations=iterations, tolerance=tolerance, every=every, out=out,
+            progress=progress,
+        )  # fmt: skip
+
+    def _advance(self, n_steps: int, dt: float, every: int) -> Chunk:
+        """Takes steps and records a frame after every `every`-th (none for 0); ends before a step that fails.
+
+        The failure is raised at once when no step was taken, else by the next call.
+        """
+        late, self._late_error = self._late_error, None
+        if late is not None:
+            raise late
+        recorded, error = self._native.advance(n_steps, dt, every)
+        chunk = chunk_of(recorded, self._space, len(self))
+        if error is not None and len(chunk.steps) == 0:
+            raise error
+        self._late_error = error
+        return chunk
+
+    def _frame(self) -> Chunk:
+        """The present state and the contacts of the last step as one frame."""
+        self._late_error = None
+        return chunk_of(self._native.frame(), self._space, len(self))
+
+    # --- what is known of the state ---
+
+    @property
+    def contacts(self) -> Records:
+        """Contacts of the last step: a structured array, empty before the first.
+
+        Fields
+        ------
+        a, b : rows of the two bodies
+        id : names the contact from step to step
+        point, normal : (d,) at the step's start [m]; unit normal from b to a
+        gap : distance of the surfaces at the step's start [m], negative for overlap
+        normal_impulse : on a along the normal, over the whole step [N s]
+        friction_impulse : (d,) on a, world axes [N s]
+        slip : (d,) velocity of a's point against b's across the normal, after the step [m/s]
+        status : index into ``carom.CONTACT_STATUS``: apart, sticks, slips, strikes
+        """
+        return self._space.records(self._native.contacts(), self._space.world.contact_fields())
+
+    @property
+    def energy(self) -> dict[str, float]:
+        """Energies of all dynamic bodies [J]; potential is zero at the world's origin."""
+        translational, rotational, potential = self._native.energy()
+        return {
+            "kinetic_translational": translational,
+            "kinetic_rotational": rotational,
+            "potential": potential,
+            "total": translational + rotational + potential,
+        }
+
+    @property
+    def momentum(self) -> Floats:
+        """(d,) float64 array, sum of m v [kg m/s]."""
+        return frozen(np.array(self._native.momenta()[0]))
+
+    @property
+    def angular_momentum(self) -> Any:
+        """Sum of x x p + I w about the world's origin, a float | (3,) float64 array [kg m^2/s]."""
+        return self._space.plain_spin(self._native.momenta()[1])
+
+    @property
+    def ledger(self) -> dict[str, float]:
+        """Work by cause since the world began, and the closure [J]."""
+        return dict(zip(_carom.LEDGER_LINES, self._native.ledger(), strict=True))
+
+    def problem(self, dt: float | None = None, *, phase: str = "contact") -> ContactProblem:
+        """The contact problem that the next step would solve; the world does not change.
+
+        Parameters
+        ----------
+        dt : length of that step [s]; the setting when absent
+        phase : "contact" for the persistent contacts, "impact" for the impacts before them
+
+        Raises
+        ------
+        StepError
+            As for `step`, save that a solver's refusal of this very problem is none.
+        """
+        if phase not in ("contact", "impact"):
+            raise refused(None, "phase", 'must be "contact" or "impact"', phase, 'choose "contact" or "impact"')
+        length = None if dt is None else number(dt, "dt", "s")
+        return ContactProblem._of(self._space, self._native.problem(length, phase), self.names)
+
+    # --- snapshots ---
+
+    def snapshot(self) -> Snapshot:
+        """The whole state as bytes: settings, bodies, motion, warm starts, ledger, waiting forces.
+
+        Raises
+        ------
+        BuildError
+            When a body's numbers are not finite.
+        """
+        return Snapshot(self._native.snapshot().encode())
+
+    def restore(self, snapshot: bytes) -> None:
+        """Brings back a state, bit for bit; force fields are those that it had, by name.
+
+        Raises
+        ------
+        BuildError
+            When it is no snapshot of this space, or had a force field that this world lacks.
+        ViewError
+            While arrays over the bodies are alive.
+        """
+        try:
+            text = bytes(snapshot).decode()
+        except (TypeError, ValueError):
+            raise refused(None, "snapshot", "must be a snapshot", snapshot, "give what w.snapshot() returned") from None
+        self._native.restore(text)
+        self._late_error = None
+        self._forces = {name: self._forces[name] for name in self.forces}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if self._forces:
+            names = ", ".join(repr(name) for name in self._forces)
+            remedy = "remove_force before pickling, and add_force after loading"
+            raise BuildError(
+                f"world: force fields are Python functions and cannot be pickled ({names}); {remedy}",
+                field="forces", value=tuple(self._forces), remedy=remedy,
+            )  # fmt: skip
+        return _restored, (type(self), bytes(self.snapshot()))
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        made = type(self)()
+        for name, function in self._forces.items():
+            made.add_force(name, copy.deepcopy(function, memo))
+        made.restore(self.snapshot())
+        return made
+
+    def __copy__(self) -> Self:
+        return copy.deepcopy(self)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        try:
+            super().__setattr__(name, value)
+        except AttributeError:
+            settings = list(self.settings)
+            if name in settings or hasattr(type(self), name):
+                raise
+            raise AttributeError(str(unknown("setting", name, settings))) from None
+
+    def __repr__(self) -> str:
+        kinds = [body.kind for body in self] if len(self) <= 1000 else []
+        still = len([kind for kind in kinds if kind != "dynamic"])
+        parts = f"{len(self)} bodies" + (f" ({still} obstacles)" if still else "")
+        return f"<{self._space.name}.World {parts}, t = {self.time:.6g} s, solver {self.solver}>"
+
+
+def _restored(kind: type[World], snapshot: bytes) -> World:
+    """A world from its pickle."""
+    world = kind()
+    world.restore(snapshot)
+    return world
+
+
+_Loads = tuple[Floats | None, Floats | None]
+
+
+def _loads(name: str, function: Force, space: Space) -> Callable[[float, Floats, Floats], _Loads]:
+    """A force field in the engine's form: flat forces and torques."""
+
+    def act(time: float, position: Floats, velocity: Floats) -> _Loads:
+        count = len(position)
+        answer = function(time, frozen(position), frozen(velocity))
+        table = answer if isinstance(answer, Mapping) else {"force": answer}
+        for key in table:
+            if key not in ("force", "torque"):
+                raise StepError(
+                    f"force field {name!r}: unknown key {key!r}; give 'force' and 'torque'", field=name, value=key,
+                    remedy="give 'force' and 'torque'",
+                )  # fmt: skip
+        torques = (count,) if space.is_planar else (count, 3)
+        force = _load(name, "force", table.get("force"), (count, space.dimension), "N")
+        return force, _load(name, "torque", table.get("torque"), torques, "N m")
+
+    def _load(name: str, part: str, value: Any, shape: tuple[int, ...], unit: str) -> Floats | None:
+        if value is None and part == "torque" or value is None and shape[0] == 0:
+            return None
+        try:
+            array = np.ascontiguousarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            array = np.zeros(())
+        if array.shape != shape:
+            got = f"got {shown(value)}" if array.ndim == 0 else f"got shape {array.shape}"
+            remedy = f"return a row for each body in {unit}"
+            raise StepError(
+                f"force field {name!r}: {part} must be a {shape} array, {got}; {remedy}",
+                field=name, value=value, remedy=remedy,
+            )  # fmt: skip
+        return array.reshape(-1)
+
+    return act
