@@ -7,8 +7,8 @@
 >>> w.step().converged
 True
 
-Units are SI throughout; `carom.planar` and `carom.spatial` have the same verbs. Modules that read scene files or
-record runs are loaded when they are first used.
+Units are SI throughout; `carom.planar` and `carom.spatial` have the same verbs. What records runs or reads
+scene files is loaded when it is first used.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from carom.errors import (
 )
 
 if TYPE_CHECKING:
-    from carom.compare import Comparison, compare
+    from carom.comparison import Comparison, compare
     from carom.meshes import load_mesh
     from carom.run import Run
     from carom.scene import Scene, load_scene
@@ -45,8 +45,8 @@ SOLVERS: tuple[str, ...] = tuple(_carom.SOLVERS)
 CONTACT_STATUS: tuple[str, ...] = tuple(_carom.CONTACT_STATUS)
 
 _LATER = {
-    "Comparison": "carom.compare",
-    "compare": "carom.compare",
+    "Comparison": "carom.comparison",
+    "compare": "carom.comparison",
     "load_mesh": "carom.meshes",
     "Run": "carom.run",
     "Scene": "carom.scene",
@@ -65,7 +65,11 @@ def build_scene(name: str) -> planar.World | spatial.World:
     if not any(name == known for known, *_ in _carom.scene_names()):
         raise errors.unknown("scene", str(name), [known for known, *_ in _carom.scene_names()])
     native = _carom.build_scene(name)
-    return planar.World._adopt(native) if isinstance(native, _carom.PlanarWorld) else spatial.World._adopt(native)
+    return (
+        planar.World._adopt(native)
+        if isinstance(native, _carom.PlanarWorld)
+        else spatial.World._adopt(native)
+    )
 
 
 def __getattr__(name: str) -> Any:

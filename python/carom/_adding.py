@@ -32,7 +32,9 @@ def body_arguments(given: Mapping[str, Any], space: Space) -> tuple[dict[str, An
         raise refused(None, "name", "must be text", name, "give each body a name of its own")
     kind = given["kind"]
     if kind not in KINDS:
-        raise refused(name, "kind", f"must be one of {', '.join(KINDS)}", kind, f"choose one of {', '.join(KINDS)}")
+        raise refused(
+            name, "kind", f"must be one of {', '.join(KINDS)}", kind, f"choose one of {', '.join(KINDS)}"
+        )
     shape = given.get("shape")
     table = None if shape is None else shape_table(shape, space, name)
     if kind != "dynamic":
@@ -44,12 +46,15 @@ def body_arguments(given: Mapping[str, Any], space: Space) -> tuple[dict[str, An
         "shape": None if table is None else shape_json(table, space, name),
         "position": place,
         "position_is_origin": is_origin,
-        "rotation": [1.0] + [0.0] * (space.turns - 1) if rotation is None else space.rotation(rotation, body=name),
+        "rotation": [1.0] + [0.0] * (space.turns - 1)
+        if rotation is None
+        else space.rotation(rotation, body=name),
         "velocity": _or_zero(given.get("velocity"), space.vector, "velocity", "m/s", name, space.dimension),
         "angular_velocity": _or_zero(
             given.get("angular_velocity"), space.spin, "angular_velocity", "rad/s", name, space.spins
         ),
-        "can_rotate": bool(given.get("can_rotate", True)) and (table is not None or given.get("inertia") is not None),
+        "can_rotate": bool(given.get("can_rotate", True))
+        and (table is not None or given.get("inertia") is not None),
         "groups": _bits(given["collision_groups"], "collision_groups", name),
         "collides_with": _bits(given["collision_mask"], "collision_mask", name),
         **{key: number(given.get(key, 0.0), key, unit, name) for key, unit in _COEFFICIENTS.items()},
@@ -65,7 +70,9 @@ def _check_obstacle(given: Mapping[str, Any], kind: str, table: Any, name: str) 
         raise refused(name, "shape", f"must be given for a {kind} body", None, "give a shape")
     for key in ("density", "mass", "inertia", "center_of_mass"):
         if given.get(key) is not None:
-            raise refused(name, key, f"has no meaning for a {kind} body", given[key], "leave it out, or make it dynamic")
+            raise refused(
+                name, key, f"has no meaning for a {kind} body", given[key], "leave it out, or make it dynamic"
+            )
 
 
 def _place(given: Mapping[str, Any], space: Space, name: str) -> tuple[list[float], bool]:
@@ -82,7 +89,12 @@ def _place(given: Mapping[str, Any], space: Space, name: str) -> tuple[list[floa
 
 
 def _or_zero(
-    value: Any, read: Callable[[Any, str, str, str], list[float]], field: str, unit: str, name: str, count: int
+    value: Any,
+    read: Callable[[Any, str, str, str], list[float]],
+    field: str,
+    unit: str,
+    name: str,
+    count: int,
 ) -> list[float]:
     return [0.0] * count if value is None else read(value, field, unit, name)
 
@@ -98,7 +110,9 @@ def _mass(given: Mapping[str, Any], space: Space, table: Any, name: str) -> dict
     """Where the mass comes from: a density, a mass, given values, or a density function's quadrature."""
     density, mass = given.get("density"), given.get("mass")
     inertia, center = given.get("inertia"), given.get("center_of_mass")
-    found: dict[str, Any] = dict.fromkeys(("density", "mass", "inertia", "center_of_mass")) | {"quadrature_error": 0.0}
+    found: dict[str, Any] = dict.fromkeys(("density", "mass", "inertia", "center_of_mass")) | {
+        "quadrature_error": 0.0
+    }
     if given["kind"] != "dynamic":
         return found
     unit = f"kg/m^{space.dimension}"
@@ -112,7 +126,9 @@ def _mass(given: Mapping[str, Any], space: Space, table: Any, name: str) -> dict
         if value is not None and mass is None:
             raise refused(name, key, "needs mass beside it", value, "give mass in kg too")
     if center is not None and inertia is None:
-        raise refused(name, "center_of_mass", "needs inertia beside it", center, "give the inertia about it too")
+        raise refused(
+            name, "center_of_mass", "needs inertia beside it", center, "give the inertia about it too"
+        )
     if density is not None and table is None:
         raise refused(name, "density", "needs a shape", density, "give mass in kg for a particle, or a shape")
     if callable(density):
@@ -128,7 +144,11 @@ def _mass(given: Mapping[str, Any], space: Space, table: Any, name: str) -> dict
 
 
 def plain_mass_of(
-    table: dict[str, Any], density: Callable[[Floats], Any], tolerance: float, space: Space, name: str | None = None
+    table: dict[str, Any],
+    density: Callable[[Floats], Any],
+    tolerance: float,
+    space: Space,
+    name: str | None = None,
 ) -> tuple[float, list[float], list[float], float]:
     """Mass, centre, inertia entries and relative error of a density function over a shape."""
 
@@ -153,7 +173,9 @@ def mass_properties(
     """Mass properties of a shape from a density, a density function or a mass."""
     table = shape_table(shape, space)
     if (density is None) == (mass is None):
-        raise refused(None, "density", "or mass must be given, and only one of them", density, "give one of them")
+        raise refused(
+            None, "density", "or mass must be given, and only one of them", density, "give one of them"
+        )
     if callable(density):
         plain = plain_mass_of(table, density, tolerance, space)
     else:
@@ -173,7 +195,7 @@ def mass_properties(
 
 @contextmanager
 def attributed(given: Mapping[str, Any], body: str | None = None) -> Iterator[None]:
-    """Adds to an error of the engine the value that was given for its field, and the body where it names none."""
+    """Adds to an error of the engine the value given for its field, and the body where it names none."""
     try:
         yield
     except CaromError as error:

@@ -1,8 +1,8 @@
 """One body of a world, by name.
 
-A body holds no state: everything is read from the world when asked for, as copies that cannot be written into.
-Arrays over all bodies at once (``w.position``) are faster where many bodies are wanted. Items are those of theory
-chapter 1.
+A body holds no state: everything is read from the world when asked for, as copies that cannot be written
+into. Arrays over all bodies at once (``w.position``) are faster where many bodies are wanted. Items are those
+of theory chapter 1.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Body:
     @property
     def index(self) -> int:
         """Its row in arrays over all bodies; falls when a body before it is removed."""
-        return self._world._native.index(self._name)
+        return int(self._native.index(self._name))
 
     def __index__(self) -> int:
         return self.index
@@ -120,7 +120,7 @@ class Body:
 
     @property
     def rotation(self) -> Floats:
-        """[cos, sin] | quaternion [w, x, y, z], from body axes to world axes; an angle [rad] can be assigned too."""
+        """[cos, sin] | quaternion [w, x, y, z], body axes to world axes; an angle [rad] can be assigned."""
         return frozen(self._native.read(self._name, ROTATION))
 
     @rotation.setter
@@ -132,7 +132,9 @@ class Body:
     def angle(self) -> float:
         """Angle in (-pi, pi] [rad]; in the plane only."""
         if not self._space.is_planar:
-            raise AttributeError(f"body {self._name!r}: space has no single angle; use rotation, a quaternion")
+            raise AttributeError(
+                f"body {self._name!r}: space has no single angle; use rotation, a quaternion"
+            )
         cosine, sine = self.rotation
         return math.atan2(sine, cosine)
 
@@ -172,7 +174,9 @@ class Body:
 
     @property
     def inertia(self) -> Any:
-        """A float | (3, 3) float64 array about the centre of mass, shape axes [kg m^2]; inf as for mass, 0 for particles."""
+        """A float | (3, 3) float64 array about the centre of mass, shape axes [kg m^2]; as for mass, 0 for
+        particles.
+        """
         return self.mass_properties.inertia
 
     @property
@@ -244,7 +248,7 @@ class Body:
         return frozen(self._native.velocity_at(self._name, numbers))
 
     def to_world(self, point: Any) -> Floats:
-        """World coordinates of a point given in body axes from the centre of mass, x + R r: (d,) array [m]."""
+        """World coordinates of a point in body axes from the centre of mass, x + R r: (d,) array [m]."""
         return frozen(self._native.to_world(self._name, self._space.vector(point, "point", "m", self._name)))
 
     def to_body(self, point: Any) -> Floats:
@@ -293,7 +297,9 @@ class Body:
         shape = self.shape
         label = "particle" if shape is None else shape.type
         at, moving = self.position.tolist(), self.velocity.tolist()
-        return f"<{kind} body {self._name!r}: {label}{mass}, position {_row(at)} m, velocity {_row(moving)} m/s>"
+        return (
+            f"<{kind} body {self._name!r}: {label}{mass}, position {_row(at)} m, velocity {_row(moving)} m/s>"
+        )
 
 
 def _row(values: list[float]) -> str:

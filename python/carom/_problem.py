@@ -1,8 +1,9 @@
-"""The contact problem as a value: matrices, vectors, solvers, residual, files (theory chapter 5, items 27-47).
+"""The contact problem as a value: matrices, solvers, residual, files (theory chapter 5, items 27-47).
 
-Find impulses gamma with u = J (v + M^-1 J^T gamma) so that 0 <= gamma_n, u_n - target >= 0, not both positive, and
-friction opposes the slip within its limit. Scalar rows come contact by contact, normal first, then tangents, and
-general bounded rows last; a velocity has the linear components first. Knows no shapes and no time.
+Find impulses gamma with u = J (v + M^-1 J^T gamma) so that 0 <= gamma_n, u_n - target >= 0, not both
+positive, and friction opposes the slip within its limit. Scalar rows come contact by contact, normal first,
+then tangents, and general bounded rows last; a velocity has the linear components first. Knows no shapes and
+no time.
 """
 
 from __future__ import annotations
@@ -125,7 +126,7 @@ class ContactProblem:
         return cls._of(space, space.problem.from_json(text), tuple(table.get("names", ())))
 
     def to_dict(self) -> dict[str, Any]:
-        """The problem as plain values: space, inverse_masses, velocities, contacts, rows, friction_law, names."""
+        """The problem as plain values: space, masses, velocities, contacts, rows, friction_law, names."""
         table: dict[str, Any] = json.loads(self._native.to_json())
         return {**table, "names": list(self._names)}
 
@@ -184,12 +185,12 @@ class ContactProblem:
         return np.array(self._native.pairs(), dtype=np.int64).reshape(-1, 2)
 
     @property
-    def A(self) -> Any:
+    def A(self) -> Any:  # noqa: N802
         """Delassus matrix J M^-1 J^T over scalar rows: scipy.sparse csr_array [1/kg]."""
         return self._matrix("A")
 
     @property
-    def J(self) -> Any:
+    def J(self) -> Any:  # noqa: N802
         """Jacobian, scalar rows x (3 | 6) n: scipy.sparse csr_array."""
         return self._matrix("J")
 
@@ -302,7 +303,9 @@ class ContactProblem:
         except (TypeError, ValueError):
             array = np.full(1, np.nan)
         if array.size != count or not np.isfinite(array).all():
-            remedy = f"give ({contacts}, {self._space.dimension}) finite numbers: normal, then tangents, in N s"
+            remedy = (
+                f"give ({contacts}, {self._space.dimension}) finite numbers: normal, then tangents, in N s"
+            )
             raise refused(None, field, f"must be {count} finite numbers", value, remedy)
         flat: list[float] = array.ravel().tolist()
         return flat

@@ -1,7 +1,8 @@
 """Contact problems as files: JSON as it stands, or HDF5 with one dataset per column and its unit.
 
-Layout of the HDF5 form: attributes format, schema_version, space, friction_law; /names; groups /inverse_masses
-(linear, angular), /velocities (linear, angular), /contacts and /rows (a column for each field). Knows no physics.
+Layout of the HDF5 form: attributes format, schema_version, space, friction_law; /names; groups
+/inverse_masses (linear, angular), /velocities (linear, angular), /contacts and /rows (a column for each
+field). Knows no physics.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from carom.errors import RunFileError
@@ -70,7 +70,9 @@ def read_problem(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise _refused(path, f"cannot be read: {_reason(error)}", "check the path") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise _refused(path, f"is no contact problem: {error}", "give a file that ContactProblem.save wrote") from error
+        raise _refused(
+            path, f"is no contact problem: {error}", "give a file that ContactProblem.save wrote"
+        ) from error
 
 
 def _write_json(path: Path, table: dict[str, Any]) -> None:
@@ -85,6 +87,8 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 
 def _write_hdf5(path: Path, table: dict[str, Any]) -> None:
+    import h5py
+
     spins = 1 if table["space"] == "planar" else 3
     dimension = 2 if spins == 1 else 3
     with h5py.File(path, "w") as file:
@@ -92,19 +96,32 @@ def _write_hdf5(path: Path, table: dict[str, Any]) -> None:
         file.attrs["schema_version"] = LAYOUT_VERSION
         file.attrs["space"] = table["space"]
         file.attrs["friction_law"] = table["friction_law"]
-        file.create_dataset("names", data=np.array(table["names"], dtype=object), dtype=h5py.string_dtype("utf-8"))
+        file.create_dataset(
+            "names", data=np.array(table["names"], dtype=object), dtype=h5py.string_dtype("utf-8")
+        )
         masses = table["inverse_masses"]
         _column(file, "inverse_masses/linear", [m["linear"] for m in masses])
-        _column(file, "inverse_masses/angular", [_entries(m["angular"]) for m in masses], 1 if spins == 1 else 6)
+        _column(
+            file, "inverse_masses/angular", [_entries(m["angular"]) for m in masses], 1 if spins == 1 else 6
+        )
         _column(file, "velocities/linear", [v["linear"] for v in table["velocities"]], dimension)
         _column(file, "velocities/angular", [v["angular"] for v in table["velocities"]], spins)
         for name in _CONTACTS:
             width = dimension if name in ("normal", "arm_a", "arm_b") else 0
             _column(file, f"contacts/{name}", [c[name] for c in table["contacts"]], width)
         for name in _ROWS:
-            _column(file, f"rows/{name}", [float(r[name]) if name in ("lo", "hi") else r[name] for r in table["rows"]])
+            _column(
+                file,
+                f"rows/{name}",
+                [float(r[name]) if name in ("lo", "hi") else r[name] for r in table["rows"]],
+            )
         for side in ("on_a", "on_b"):
-            _column(file, f"rows/{side}", [r[side]["linear"] + r[side]["angular"] for r in table["rows"]], dimension + spins)
+            _column(
+                file,
+                f"rows/{side}",
+                [r[side]["linear"] + r[side]["angular"] for r in table["rows"]],
+                dimension + spins,
+            )
 
 
 def _column(file: Any, path: str, values: list[Any], width: int = 0) -> None:
@@ -115,6 +132,8 @@ def _column(file: Any, path: str, values: list[Any], width: int = 0) -> None:
 
 
 def _read_hdf5(path: Path) -> dict[str, Any]:
+    import h5py
+
     with h5py.File(path, "r") as file:
         if file.attrs.get("format") != "carom-problem":
             raise ValueError("its format is not carom-problem")
@@ -132,12 +151,16 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
         masses = zip(column("inverse_masses/linear"), column("inverse_masses/angular"), strict=True)
         contacts = zip(*(column(f"contacts/{name}") for name in _CONTACTS), strict=True)
         rows = zip(*(column(f"rows/{name}") for name in (*_ROWS, "on_a", "on_b")), strict=True)
-        dimension = len(file["velocities/linear"][:1].reshape(-1)) or (2 if file.attrs["space"] == "planar" else 3)
+        dimension = len(file["velocities/linear"][:1].reshape(-1)) or (
+            2 if file.attrs["space"] == "planar" else 3
+        )
         return {
             "space": str(file.attrs["space"]),
             "friction_law": str(file.attrs["friction_law"]),
             "names": file["names"].asstr()[...].tolist(),
-            "inverse_masses": [{"linear": linear, "angular": _inertia(angular)} for linear, angular in masses],
+            "inverse_masses": [
+                {"linear": linear, "angular": _inertia(angular)} for linear, angular in masses
+            ],
             "velocities": twists("velocities"),
             "contacts": [dict(zip(_CONTACTS, values, strict=True)) for values in contacts],
             "rows": [_row(values, dimension) for values in rows],

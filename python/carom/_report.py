@@ -68,7 +68,9 @@ class StepReport(NamedTuple):
         return self.stop_reason == "converged"
 
     def __repr__(self) -> str:
-        place = f" at {self.worst_contact[0]} / {self.worst_contact[1]}" if self.worst_contact is not None else ""
+        place = (
+            f" at {self.worst_contact[0]} / {self.worst_contact[1]}" if self.worst_contact is not None else ""
+        )
         return (
             f"<StepReport {self.step} at t = {self.time:.6g} s: {self.contacts} contacts, residual "
             f"{self.residual:.1e} m/s{place}, {self.iterations} iterations ({self.stop_reason}), energy "
@@ -137,7 +139,8 @@ class Snapshot(bytes):
 
     def __repr__(self) -> str:
         state = self._state()
-        return f"<Snapshot {state['space']}, {len(state['bodies'])} bodies, t = {state['time']:.6g} s, {len(self)} bytes>"
+        bodies = f"{len(state['bodies'])} bodies"
+        return f"<Snapshot {state['space']}, {bodies}, t = {state['time']:.6g} s, {len(self)} bytes>"
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Shapes of the plane and of space as values; all lengths in metres.
 
-Rounded shapes are a core swept by a disc or ball: the outer size is size + 2 radius. Capsules lie along x in the
-plane and along z in space; cylinders and cones stand along z, centred on half their height. Wherever a shape is
-taken, a plain table ``{"type": "box", "size": [1, 1]}`` is taken too. The engine judges sizes and hulls; here only
-counts and names are checked. Knows no worlds.
+Rounded shapes are a core swept by a disc or ball: the outer size is size + 2 radius. Capsules lie along x in
+the plane and along z in space; cylinders and cones stand along z, centred on half their height. Wherever a
+shape is taken, a plain table ``{"type": "box", "size": [1, 1]}`` is taken too. The engine judges sizes and
+hulls; here only counts and names are checked. Knows no worlds.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Shape:
 
     def to_dict(self) -> dict[str, Any]:
         """The shape as a plain table, as scene files and the engine have it."""
-        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}  # type: ignore[arg-type]
+        fields = {name: getattr(self, name) for name, _ in _fields(self)}
         return {"type": self.type, **{name: _listed(value) for name, value in fields.items()}}
 
     def __eq__(self, other: object) -> bool:
@@ -38,8 +38,13 @@ class Shape:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        parts = [_brief(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)]  # type: ignore[arg-type]
+        parts = [_brief(name, getattr(self, name)) for name, _ in _fields(self)]
         return f"{self.label or type(self).__name__}({', '.join(parts)})"
+
+
+def _fields(shape: Any) -> list[tuple[str, Any]]:
+    """Names and defaults of a shape's fields; MISSING where there is no default."""
+    return [(field.name, field.default) for field in dataclasses.fields(shape)]
 
 
 _value = dataclass(frozen=True, eq=False, repr=False)
@@ -212,7 +217,7 @@ class RoundConvexHull(Shape):
 
 @_value
 class TriMesh(Shape):
-    """(t, 3) triangles over (v, 3) vertices: a surface as obstacle; for mass a closed, outward-oriented one."""
+    """(t, 3) triangles over (v, 3) vertices: a surface as obstacle; for mass a closed, outward one."""
 
     type: ClassVar[str] = "tri_mesh"
     vertices: npt.ArrayLike
@@ -248,19 +253,40 @@ class Compound(Shape):
         return {"type": self.type, "parts": list(self.parts)}
 
 
+_PLANAR: tuple[type[Shape], ...] = (
+    Circle,
+    Capsule,
+    Box,
+    RoundBox,
+    ConvexPolygon,
+    RoundPolygon,
+    Segment,
+    Polyline,
+    HalfPlane,
+    HeightLine,
+    Compound,
+)
+_SPATIAL: tuple[type[Shape], ...] = (
+    Sphere,
+    Capsule,
+    Box,
+    Cylinder,
+    Cone,
+    ConvexHull,
+    RoundBox,
+    RoundCylinder,
+    RoundCone,
+    RoundConvexHull,
+    TriMesh,
+    HalfSpace,
+    HeightField,
+    Compound,
+)
 #: Shapes by type, for each space.
 SHAPES: dict[str, dict[str, type[Shape]]] = {
-    PLANAR.name: {
-        shape.type: shape
-        for shape in (Circle, Capsule, Box, RoundBox, ConvexPolygon, RoundPolygon, Segment, Polyline, HalfPlane,
-                      HeightLine, Compound)
-    },
-    SPATIAL.name: {
-        shape.type: shape
-        for shape in (Sphere, Capsule, Box, Cylinder, Cone, ConvexHull, RoundBox, RoundCylinder, RoundCone,
-                      RoundConvexHull, TriMesh, HalfSpace, HeightField, Compound)
-    },
-}  # fmt: skip
+    PLANAR.name: {shape.type: shape for shape in _PLANAR},
+    SPATIAL.name: {shape.type: shape for shape in _SPATIAL},
+}
 
 ShapeLike = Shape | Mapping[str, Any]
 
@@ -275,23 +301,29 @@ def shape_table(shape: Any, space: Space, body: str | None = None, path: str = "
     """
     known = SHAPES[space.name]
     if not isinstance(shape, (Shape, Mapping)):
-        raise refused(body, path, "must be a shape", shape, f"give one of carom.{space.name}: {_names(known)}")
+        raise refused(
+            body, path, "must be a shape", shape, f"give one of carom.{space.name}: {_names(known)}"
+        )
     table = shape.to_dict() if isinstance(shape, Shape) else dict(shape)
     kind = table.pop("type", None)
     if kind not in known:
         remedy = f"choose one of {', '.join(known)}"
         raise refused(body, f"{path}.type", f"must be a shape of the {space.name} world", kind, remedy)
-    wanted = {field.name: field for field in dataclasses.fields(known[kind])}  # type: ignore[arg-type]
+    wanted = dict(_fields(known[kind]))
     for name in table:
         if name not in wanted:
             raise unknown(f"field of {kind}", str(name), list(wanted), body)
-    for name, field in wanted.items():
+    for name, default in wanted.items():
         if name not in table:
-            if field.default is dataclasses.MISSING:
+            if default is dataclasses.MISSING:
+                remedy = f"give {name} of the {kind}"
                 raise BuildError(
-                    f"{_at(body)}{path}.{name} is missing; give {name} of the {kind}", body=body, field=f"{path}.{name}"
+                    f"{_at(body)}{path}.{name} is missing; {remedy}",
+                    body=body,
+                    field=f"{path}.{name}",
+                    remedy=remedy,
                 )
-            table[name] = field.default
+            table[name] = default
     checked = {name: _CHECKS[name](table[name], space, kind, f"{path}.{name}", body) for name in wanted}
     return {"type": kind, **checked}
 
@@ -338,7 +370,9 @@ def _brief(name: str, value: Any) -> str:
     return f"{name}={shown(value)}"
 
 
-def _array(value: Any, space: Space, form: str, path: str, body: str | None, columns: int, least: int = 1) -> Any:
+def _array(
+    value: Any, space: Space, form: str, path: str, body: str | None, columns: int, least: int = 1
+) -> Any:
     """A (k, columns) list of finite numbers; columns 0 means (k,)."""
     wanted = f"({'k, ' + str(columns) if columns else 'k,'}) numbers"
     try:
@@ -395,7 +429,9 @@ def _triangles(value: Any, space: Space, kind: str, path: str, body: str | None)
 
 def _flag(value: Any, space: Space, kind: str, path: str, body: str | None) -> bool:
     if not isinstance(value, (bool, np.bool_)):
-        raise refused(body, path, "must be True or False", value, "say whether the last point joins the first")
+        raise refused(
+            body, path, "must be True or False", value, "say whether the last point joins the first"
+        )
     return bool(value)
 
 
@@ -419,7 +455,10 @@ def _part(part: Any, space: Space, path: str, body: str | None) -> dict[str, Any
     at = space.vector(stated, f"{path}.pose.position", "m", body)
     still = [1.0] + [0.0] * (space.turns - 1)
     turned = still if rotation is None else space.stored_rotation(rotation, f"{path}.pose.rotation", body)
-    return {"pose": {"position": at, "rotation": turned}, "shape": shape_table(shape, space, body, f"{path}.shape")}
+    return {
+        "pose": {"position": at, "rotation": turned},
+        "shape": shape_table(shape, space, body, f"{path}.shape"),
+    }
 
 
 _CHECKS: dict[str, Callable[[Any, Space, str, str, str | None], Any]] = {

@@ -1,7 +1,7 @@
 """What differs between the plane and space, and how users' numbers become the engine's.
 
-Every conversion names the field and what to give instead; numbers that the engine itself judges (sizes, masses,
-coefficients) are passed on as they are. Knows no worlds.
+Every conversion names the field and what to give instead; numbers that the engine itself judges (sizes,
+masses, coefficients) are passed on as they are. Knows no worlds.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from carom import _carom
-from carom.errors import BuildError, refused
+from carom.errors import refused
 
 Floats = npt.NDArray[np.float64]
 Records = npt.NDArray[np.void]
@@ -112,9 +112,10 @@ def record_type(fields: list[tuple[str, str, int]]) -> np.dtype[np.void]:
 
 def number(value: Any, field: str, unit: str, body: str | None = None) -> float:
     """A plain number, which the engine judges; nan and inf pass."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (numbers.Real, np.ndarray)) or np.ndim(value):
+    plain = value.item() if isinstance(value, (np.ndarray, np.generic)) and np.size(value) == 1 else value
+    if isinstance(plain, bool) or not isinstance(plain, numbers.Real):
         raise refused(body, field, "must be a number", value, f"give {field} in {unit}")
-    return float(value)
+    return float(plain)
 
 
 def whole(value: Any, field: str, remedy: str, body: str | None = None) -> int:
@@ -169,5 +170,3 @@ def space_of_vector(value: Any, field: str) -> Space:
         raise refused(None, field, "must be 2 or 3 numbers", value, "give (x, y) or (x, y, z)")
     return PLANAR if length == 2 else SPATIAL
 
-
-__all__ = ["PLANAR", "SPATIAL", "BuildError", "Floats", "Records", "Space", "frozen", "number", "space_of_vector", "whole"]

@@ -1,8 +1,9 @@
 """The world: bodies, settings, steps; one text for `carom.planar` and `carom.spatial`.
 
-The engine holds the state. ``position``, ``rotation``, ``velocity`` and ``angular_velocity`` are arrays over its own
-memory: reading them costs nothing, writing them moves the bodies, and while one of them is alive no body can be
-added or removed. A step runs without the interpreter's lock; arrays keep showing the state before it until it ends.
+The engine holds the state. ``position``, ``rotation``, ``velocity`` and ``angular_velocity`` are arrays over
+its own memory: reading them costs nothing, writing them moves the bodies, and while one of them is alive no
+body can be added or removed. A step runs without the interpreter's lock; arrays keep showing the state before
+it until it ends.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import copy
 import json
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Never, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -19,44 +20,18 @@ import numpy.typing as npt
 from carom import _carom
 from carom._adding import attributed, body_arguments
 from carom._body import ANGULAR_VELOCITY, POSITION, ROTATION, VELOCITY, Body
+from carom._force import Force, loads
 from carom._problem import ContactProblem
 from carom._report import Chunk, Snapshot, StepReport, chunk_of
+from carom._setting import Setting
 from carom._shapes import ShapeLike
 from carom._space import Floats, Records, Space, frozen, number
-from carom.errors import BuildError, StepError, refused, shown, unknown
+from carom.errors import BuildError, StepError, refused, unknown
 
 if TYPE_CHECKING:
     from carom.run import ProgressLike, Run
 
 Density = float | Callable[[Floats], npt.ArrayLike]
-#: A force field: (time [s], (n, d) positions [m], (n, d) velocities [m/s]) -> (n, d) forces [N], or a dictionary
-#: with "force" and "torque" ((n,) | (n, 3) [N m]).
-Force = Callable[[float, Floats, Floats], npt.ArrayLike | Mapping[str, npt.ArrayLike]]
-
-T = TypeVar("T")
-
-
-class Setting(Generic[T]):
-    """A setting of the world as an attribute; the engine checks what is assigned."""
-
-    def __init__(self, doc: str) -> None:
-        self.__doc__ = doc
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    @overload
-    def __get__(self, world: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, world: World, owner: type) -> T: ...
-    def __get__(self, world: World | None, owner: type) -> Self | T:
-        if world is None:
-            return self
-        value: T = world.settings[self.name]
-        return value
-
-    def __set__(self, world: World, value: T) -> None:
-        world._set(self.name, value)
 
 
 class World:
@@ -93,8 +68,12 @@ class World:
     position_correction: Setting[str] = Setting('"split_impulse" (default), "nudge" or "none".')
     correction_fraction: Setting[float] = Setting("Share of an overlap that a step corrects [1].")
     correction_slop: Setting[float | None] = Setting("Overlap left alone [m]; None: from the smallest body.")
-    contact_margin: Setting[float | None] = Setting("Gap up to which contacts are found [m]; None: from speed.")
-    friction_mixing: Setting[str] = Setting('"geometric" (default), "min", "max", "mean", "product", "harmonic".')
+    contact_margin: Setting[float | None] = Setting(
+        "Gap up to which contacts are found [m]; None: from speed."
+    )
+    friction_mixing: Setting[str] = Setting(
+        '"geometric" (default), "min", "max", "mean", "product", "harmonic".'
+    )
     restitution_mixing: Setting[str] = Setting('"max" (default) or another of the same mixings.')
 
     def __init__(self, gravity: Any = None, dt: float | None = None, **settings: Any) -> None:
@@ -128,12 +107,13 @@ class World:
         if name == "gravity":
             value = self._space.vector(value, "gravity", "m/s^2")
         plain = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+        remedy = f"see World.{name}: {getattr(type(self), name).__doc__}"
         if isinstance(plain, float) and not np.isfinite(plain):
-            raise refused(None, name, "must be finite", plain, "see the setting's unit")
+            raise refused(None, name, "must be finite", plain, remedy)
         try:
             text = json.dumps(plain)
         except TypeError:
-            raise refused(None, name, "must be a plain value", value, "see the setting's values") from None
+            raise refused(None, name, "must be a plain value", value, remedy) from None
         with attributed({name: value}):
             self._native.set(name, text)
 
@@ -170,8 +150,8 @@ class World:
         ----------
         name : unlike that of any other body
         shape : None makes a particle, which needs a mass and does not rotate
-        density : [kg/m^2] in the plane, [kg/m^3] in space; or a function of (n, d) points in shape axes [m] that
-            returns (n,) densities, integrated to the relative `density_tolerance`
+        density : [kg/m^2] in the plane, [kg/m^3] in space; or a function of (n, d) points in shape axes [m]
+            that returns (n,) densities, integrated to the relative `density_tolerance`
         mass : [kg], spread evenly over the shape unless `inertia` is given
         inertia : float | (3, 3) about the centre of mass in shape axes [kg m^2]; with `mass`
         center_of_mass : (d,) in shape axes [m]; with `mass` and `inertia`; the shape's centroid when absent
@@ -241,9 +221,13 @@ class World:
         return self._add({**given, "kind": "kinematic"}, unknown_arguments)
 
     def _add(self, given: dict[str, Any], unknown_arguments: Mapping[str, Any]) -> Body:
-        name = given["name"]
-        for word in unknown_arguments:
-            raise unknown("argument", word, [key for key in given if key != "name"], name)
+        name, kind = given["name"], given["kind"]
+        for word, value in unknown_arguments.items():
+            if word in (World.add_body.__kwdefaults__ or {}):
+                remedy = "leave it out, or add it with add_kinematic or add_body"
+                raise refused(name, word, f"has no meaning for a {kind} body", value, remedy)
+            known = [key for key in given if key != "name" and (key != "kind" or kind == "dynamic")]
+            raise unknown("argument", word, known, name)
         arguments, shape = body_arguments(given, self._space)
         with attributed({**given, "shape": shape}):
             self._native.add(name, arguments)
@@ -345,11 +329,11 @@ class World:
 
         Parameters
         ----------
-        function : called at least once per step with the time [s] and copies of positions (n, d) [m] and velocities
-            (n, d) [m/s]; returns forces (n, d) [N] at the centres of mass, or a dictionary with "force" and
-            "torque" ((n,) | (n, 3) [N m]). Rows of static and kinematic bodies are ignored. An exception that it
-            raises comes out of `step`, and the step is not taken. It should depend on its arguments alone: an
-            integrator may ask several times in a step.
+        function : called at least once per step with the time [s] and copies of positions (n, d) [m] and
+            velocities (n, d) [m/s]; returns forces (n, d) [N] at the centres of mass, or a dictionary with
+            "force" and "torque" ((n,) | (n, 3) [N m]). Rows of static and kinematic bodies are ignored. An
+            exception that it raises comes out of `step`, and the step is not taken. It should depend on its
+            arguments alone: an integrator may ask several times in a step.
 
         Raises
         ------
@@ -358,7 +342,7 @@ class World:
         """
         if not callable(function):
             raise refused(None, "function", "must be callable", function, "give f(time, position, velocity)")
-        self._native.add_force(name, _loads(name, function, self._space))
+        self._native.add_force(name, loads(name, function, self._space))
         self._forces[name] = function
 
     def remove_force(self, name: str) -> None:
@@ -401,7 +385,13 @@ class World:
         BusyError
             When another thread steps this world.
         """
-        return StepReport._make(self._native.step(None if dt is None else number(dt, "dt", "s")))
+        length = None if dt is None else number(dt, "dt", "s")
+        try:
+            return StepReport._make(self._native.step(length))
+        except StepError as error:
+            if error.field == "dt":
+                error.value = dt
+            raise
 
     def run(
         self,
@@ -432,9 +422,16 @@ class World:
         from carom.run import run_world
 
         return run_world(
-            self, duration, dt=dt, solver=solver, iterations=iterations, tolerance=tolerance, every=every, out=out,
+            self,
+            duration,
+            dt=dt,
+            solver=solver,
+            iterations=iterations,
+            tolerance=tolerance,
+            every=every,
+            out=out,
             progress=progress,
-        )  # fmt: skip
+        )
 
     def _advance(self, n_steps: int, dt: float, every: int) -> Chunk:
         """Takes steps and records a frame after every `every`-th (none for 0); ends before a step that fails.
@@ -515,7 +512,9 @@ class World:
             As for `step`, save that a solver's refusal of this very problem is none.
         """
         if phase not in ("contact", "impact"):
-            raise refused(None, "phase", 'must be "contact" or "impact"', phase, 'choose "contact" or "impact"')
+            raise refused(
+                None, "phase", 'must be "contact" or "impact"', phase, 'choose "contact" or "impact"'
+            )
         length = None if dt is None else number(dt, "dt", "s")
         return ContactProblem._of(self._space, self._native.problem(length, phase), self.names)
 
@@ -541,11 +540,10 @@ class World:
         ViewError
             While arrays over the bodies are alive.
         """
-        try:
-            text = bytes(snapshot).decode()
-        except (TypeError, ValueError):
-            raise refused(None, "snapshot", "must be a snapshot", snapshot, "give what w.snapshot() returned") from None
-        self._native.restore(text)
+        if not isinstance(snapshot, (bytes, bytearray)):
+            remedy = "give what w.snapshot() returned"
+            raise refused(None, "snapshot", "must be a snapshot", snapshot, remedy)
+        self._native.restore(snapshot.decode(errors="replace"))
         self._late_error = None
         self._forces = {name: self._forces[name] for name in self.forces}
 
@@ -590,42 +588,3 @@ def _restored(kind: type[World], snapshot: bytes) -> World:
     world = kind()
     world.restore(snapshot)
     return world
-
-
-_Loads = tuple[Floats | None, Floats | None]
-
-
-def _loads(name: str, function: Force, space: Space) -> Callable[[float, Floats, Floats], _Loads]:
-    """A force field in the engine's form: flat forces and torques."""
-
-    def act(time: float, position: Floats, velocity: Floats) -> _Loads:
-        count = len(position)
-        answer = function(time, frozen(position), frozen(velocity))
-        table = answer if isinstance(answer, Mapping) else {"force": answer}
-        for key in table:
-            if key not in ("force", "torque"):
-                raise StepError(
-                    f"force field {name!r}: unknown key {key!r}; give 'force' and 'torque'", field=name, value=key,
-                    remedy="give 'force' and 'torque'",
-                )  # fmt: skip
-        torques = (count,) if space.is_planar else (count, 3)
-        force = _load(name, "force", table.get("force"), (count, space.dimension), "N")
-        return force, _load(name, "torque", table.get("torque"), torques, "N m")
-
-    def _load(name: str, part: str, value: Any, shape: tuple[int, ...], unit: str) -> Floats | None:
-        if value is None and part == "torque" or value is None and shape[0] == 0:
-            return None
-        try:
-            array = np.ascontiguousarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            array = np.zeros(())
-        if array.shape != shape:
-            got = f"got {shown(value)}" if array.ndim == 0 else f"got shape {array.shape}"
-            remedy = f"return a row for each body in {unit}"
-            raise StepError(
-                f"force field {name!r}: {part} must be a {shape} array, {got}; {remedy}",
-                field=name, value=value, remedy=remedy,
-            )  # fmt: skip
-        return array.reshape(-1)
-
-    return act

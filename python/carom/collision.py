@@ -1,8 +1,9 @@
 """Single collisions, piece by piece (theory chapter 3, items 14-19), and questions to pairs of shapes.
 
-The five steps: `detect` the contact, `offset` of its point from each centre of mass, `effective_mass` along the
-normal, `normal_impulse`, and the `linear_response` and `angular_response` to it. Each takes vectors of the plane or of
-space: the number of components tells which. Normals point from b to a; `None` in the place of b is an obstacle.
+The five steps: `detect` the contact, `offset` of its point from each centre of mass, `effective_mass` along
+the normal, `normal_impulse`, and the `linear_response` and `angular_response` to it. Each takes vectors of
+the plane or of space: the number of components tells which. Normals point from b to a; `None` in the place of
+b is an obstacle.
 
 >>> from carom import collision
 >>> ball = collision.Side(velocity=(0, -2), inverse_mass=1.0)
@@ -13,6 +14,7 @@ space: the number of components tells which. Normals point from b to a; `None` i
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
@@ -92,11 +94,15 @@ class Side:
         turn = np.array([body.to_world(axis) - centre for axis in np.eye(3)]).T
         return cls(arm, velocity, spin, 1.0 / body.mass, turn @ np.linalg.inv(inertia) @ turn.T)
 
-    def _plain(self, space: Space, name: str) -> tuple[list[float], list[float], list[float], float, list[float]]:
+    def _plain(
+        self, space: Space, name: str
+    ) -> tuple[list[float], list[float], list[float], float, list[float]]:
         still, no_spin = [0.0] * space.dimension, [0.0] * space.spins
         inverse = number(self.inverse_mass, f"{name}.inverse_mass", "1/kg")
         if not (inverse >= 0 and math.isfinite(inverse)):
-            raise refused(None, f"{name}.inverse_mass", "must be finite and >= 0", inverse, "give 1/mass in 1/kg")
+            raise refused(
+                None, f"{name}.inverse_mass", "must be finite and >= 0", inverse, "give 1/mass in 1/kg"
+            )
         zero = [0.0] if space.is_planar else [0.0] * 6
         inertia = self.inverse_inertia
         return (
@@ -110,10 +116,12 @@ class Side:
         )
 
 
-Pose = Any  #: a position (d,), or a pair (position, rotation)
+#: A position (d,), or a pair (position, rotation).
+Pose = Any
+PlainPose = tuple[list[float], list[float]]
 
 
-def _space_of(pose: Pose, field: str) -> tuple[Space, tuple[list[float], list[float]]]:
+def _space_of(pose: Pose, field: str) -> tuple[Space, PlainPose]:
     """Space and plain form of a pose: (x, y), ((x, y), angle), (x, y, z), ((x, y, z), quaternion)."""
     has_rotation = isinstance(pose, (tuple, list)) and len(pose) == 2 and np.ndim(pose[0]) == 1
     position, rotation = pose if has_rotation else (pose, None)
@@ -125,13 +133,19 @@ def _space_of(pose: Pose, field: str) -> tuple[Space, tuple[list[float], list[fl
 
 def _pair(
     shape_a: ShapeLike, pose_a: Pose, shape_b: ShapeLike, pose_b: Pose
-) -> tuple[Space, tuple[Any, ...], dict[str, Any]]:
+) -> tuple[Space, tuple[str, PlainPose, str, PlainPose]]:
     (space, plain_a), (other, plain_b) = _space_of(pose_a, "pose_a"), _space_of(pose_b, "pose_b")
     if space is not other:
-        raise refused(None, "pose_b", "must be of the same space as pose_a", pose_b, "give both in 2 or both in 3 numbers")
-    tables = {"a": shape_table(shape_a, space, path="shape_a"), "b": shape_table(shape_b, space, path="shape_b")}
-    texts = {key: shape_json(table, space) for key, table in tables.items()}
-    return space, (texts["a"], plain_a, texts["b"], plain_b), tables
+        raise refused(
+            None,
+            "pose_b",
+            "must be of the same space as pose_a",
+            pose_b,
+            "give both in 2 or both in 3 numbers",
+        )
+    shapes = ((shape_a, "shape_a"), (shape_b, "shape_b"))
+    texts = [json.dumps(shape_table(shape, space, path=path)) for shape, path in shapes]
+    return space, (texts[0], plain_a, texts[1], plain_b)
 
 
 def detect(
@@ -149,11 +163,16 @@ def detect(
     BuildError
         Naming the field of a shape or pose.
     """
-    space, arguments, _ = _pair(shape_a, pose_a, shape_b, pose_b)
+    space, arguments = _pair(shape_a, pose_a, shape_b, pose_b)
     reach = number(margin, "margin", "m")
     features, points, normals, gaps = space.pieces.contacts(*arguments, reach)
-    rows = zip(points.reshape(-1, space.dimension), normals.reshape(-1, space.dimension), gaps, features, strict=True)
-    return [ContactPoint(frozen(point), frozen(normal), float(gap), feature) for point, normal, gap, feature in rows]
+    rows = zip(
+        points.reshape(-1, space.dimension), normals.reshape(-1, space.dimension), gaps, features, strict=True
+    )
+    return [
+        ContactPoint(frozen(point), frozen(normal), float(gap), feature)
+        for point, normal, gap, feature in rows
+    ]
 
 
 def nearest(
@@ -163,7 +182,7 @@ def nearest(
 
     Arguments and errors as for `detect`.
     """
-    space, arguments, _ = _pair(shape_a, pose_a, shape_b, pose_b)
+    space, arguments = _pair(shape_a, pose_a, shape_b, pose_b)
     found = space.pieces.closest(*arguments, number(reach, "reach", "m"))
     if found is None:
         return None
@@ -196,14 +215,22 @@ def raycast(
     way = np.atleast_2d(np.asarray(directions, dtype=np.float64))
     for field, array in (("origins", start), ("directions", way)):
         if array.ndim != 2 or array.shape[1] != space.dimension or not np.isfinite(array).all():
-            raise refused(None, field, f"must be finite (m, {space.dimension}) numbers", array, "give a row per ray")
+            raise refused(
+                None, field, f"must be finite (m, {space.dimension}) numbers", array, "give a row per ray"
+            )
     start, way = np.broadcast_arrays(start, way)
     length = np.linalg.norm(way, axis=1, keepdims=True)
     if not (length > 0).all():
-        raise refused(None, "directions", "must not have length 0", directions, "give a direction for each ray")
+        raise refused(
+            None, "directions", "must not have length 0", directions, "give a direction for each ray"
+        )
     with attributed({"shape": table}):
         distances, normals = space.pieces.raycast(
-            shape_json(table, space), plain, start.ravel(), (way / length).ravel(), number(reach, "reach", "m")
+            shape_json(table, space),
+            plain,
+            start.ravel(),
+            (way / length).ravel(),
+            number(reach, "reach", "m"),
         )
     return distances, normals.reshape(-1, space.dimension)
 
@@ -211,7 +238,9 @@ def raycast(
 def offset(point: Any, center: Any) -> Floats:
     """Step 2: offset r = x - x_c of a contact point from a centre of mass, (d,) float64 array [m]."""
     space = space_of_vector(point, "point")
-    return frozen(np.array(space.pieces.offset(space.vector(point, "point", "m"), space.vector(center, "center", "m"))))
+    return frozen(
+        np.array(space.pieces.offset(space.vector(point, "point", "m"), space.vector(center, "center", "m")))
+    )
 
 
 def normal_velocity(normal: Any, a: Side, b: Side | None) -> float:
@@ -244,19 +273,19 @@ def linear_response(side: Side, impulse: Any) -> Floats:
 
 
 def angular_response(side: Side, impulse: Any) -> Any:
-    """Step 5: angular velocity after an impulse [N s], w + I^-1 (r x j): a float | (3,) float64 array [rad/s]."""
+    """Step 5: angular velocity after an impulse [N s], w + I^-1 (r x j): float | (3,) array [rad/s]."""
     return apply_impulse(side, impulse)[1]
 
 
 def apply_impulse(side: Side, impulse: Any) -> tuple[Floats, Any]:
-    """Steps 4 and 5: velocity (d,) [m/s] and angular velocity float | (3,) [rad/s] after an impulse at the arm (item 16)."""
+    """Steps 4 and 5 (item 16): velocity (d,) [m/s] and angular velocity float | (3,) [rad/s]."""
     space = space_of_vector(impulse, "impulse")
     velocity, spin = space.pieces.respond(side._plain(space, "side"), space.vector(impulse, "impulse", "N s"))
     return frozen(np.array(velocity)), space.plain_spin(spin)
 
 
 class Collided(NamedTuple):
-    """What a collision did: velocity and angular velocity of a and of b after it, and the impulse [N s] on a."""
+    """What a collision did: velocities of a and of b after it [m/s], [rad/s], impulse [N s] on a."""
 
     velocity_a: Floats
     angular_velocity_a: Any

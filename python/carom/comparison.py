@@ -17,8 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from carom import SOLVERS
 from carom.errors import BuildError, CaromError
 from carom.run import Run, run_world
+from carom.scene.suggest import did_you_mean
 
 
 @dataclass(frozen=True)
@@ -59,28 +61,38 @@ _COLUMNS = (
     ("energy_closure", "energy closure [J]", "{:.1e}"),
     ("deepest_penetration", "deepest penetration [m]", "{:.1e}"),
     ("trajectory_error", "trajectory error [m]", "{:.2e}"),
-    ("status", "status", "{}"),
 )
 
 
 class Comparison:
-    """Rows by solver, the runs themselves, and which one served as the reference."""
+    """Rows by solver, the runs themselves, and which one served as the reference; why solvers failed."""
 
     def __init__(
         self, rows: Sequence[Row], runs: dict[str, Run], reference: str | None, make: Callable[[], Any]
     ) -> None:
+        """Rows in order, runs by solver, the reference and the way to make the world again."""
         self.rows = tuple(rows)
         self.runs = runs
         self.reference = reference
         self._make = make
 
+    def notes(self) -> list[str]:
+        """What the table cannot hold: the reference, and why solvers failed."""
+        told = [f"{row.solver}: {row.status}" for row in self.rows if row.status != "complete"]
+        if self.reference is not None:
+            told.append(f"trajectory error: against {self.reference}, the smallest worst residual")
+        return told
+
     def __getitem__(self, solver: str) -> Row:
+        """The row of a solver."""
         return next(row for row in self.rows if row.solver == solver)
 
     def cells(self) -> tuple[list[str], list[list[str]]]:
         """Headings and rows of the table as text."""
         body = [[form.format(getattr(row, name)) for name, _, form in _COLUMNS] for row in self.rows]
-        return [heading for _, heading, _ in _COLUMNS], body
+        for cells, row in zip(body, self.rows, strict=True):
+            cells.append("complete" if row.status == "complete" else f"failed after {row.steps} steps")
+        return [*(heading for _, heading, _ in _COLUMNS), "status"], body
 
     def table(self) -> str:
         """The table as aligned text; the reference is named below it."""
@@ -88,9 +100,7 @@ class Comparison:
         widths = [max(len(row[i]) for row in [headings, *body]) for i in range(len(headings))]
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
                  for row in [headings, ["-" * width for width in widths], *body]]  # fmt: skip
-        if self.reference is not None:
-            lines.append(f"trajectory error: against {self.reference}, the smallest worst residual")
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.notes()])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for programs; what is not finite becomes None."""
@@ -124,6 +134,7 @@ class Comparison:
         return world.problem()
 
     def __repr__(self) -> str:
+        """The table."""
         return self.table()
 
 
@@ -161,6 +172,12 @@ def compare(
         remedy = 'give distinct names, e.g. ["pgs", "lemke"]'
         raise BuildError(f"compare: solvers must be distinct names, got {names!r}; {remedy}", field="solvers",
                          value=names, remedy=remedy)  # fmt: skip
+    for name in names:
+        if name not in SOLVERS:
+            remedy = f"{did_you_mean(name, SOLVERS)} known: {', '.join(SOLVERS)}".strip()
+            raise BuildError(
+                f"compare: unknown solver {name!r}; {remedy}", field="solvers", value=name, remedy=remedy
+            )
     make, own_duration = _factory(scene)
     duration = t if t is not None else own_duration
     if duration is None:

@@ -1,7 +1,7 @@
 """What can go wrong, each saying which body and field, the value and the remedy.
 
-Messages have the form ``body 'crate3': mass must be > 0, got nan; give mass in kg``. Programs read the parts from
-the attributes. Knows nothing else of carom.
+Messages have the form ``body 'crate3': mass must be > 0, got nan; give mass in kg``. Programs read the parts
+from the attributes. Knows nothing else of carom.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ class CaromError(Exception):
         value: Any = None,
         remedy: str | None = None,
     ) -> None:
+        """The whole sentence, and its parts for programs."""
         super().__init__(message)
         self.body = body
         self.field = field
@@ -82,6 +83,7 @@ class SceneError(CaromError):
         value: Any = None,
         remedy: str | None = None,
     ) -> None:
+        """The whole sentence, and its parts for programs."""
         super().__init__(message, body=body, field=field, value=value, remedy=remedy)
         self.path = path
         self.line = line
@@ -92,7 +94,11 @@ def refused(body: str | None, field: str, problem: str, value: Any, remedy: str)
     """A refused input in the form of all messages: ``body 'a': field problem, got value; remedy``."""
     place = f"body {body!r}: " if body is not None else ""
     return BuildError(
-        f"{place}{field} {problem}, got {shown(value)}; {remedy}", body=body, field=field, value=value, remedy=remedy
+        f"{place}{field} {problem}, got {shown(value)}; {remedy}",
+        body=body,
+        field=field,
+        value=value,
+        remedy=remedy,
     )
 
 
@@ -108,4 +114,4 @@ def unknown(what: str, word: str, known: list[str], body: str | None = None) -> 
 
     remedy = did_you_mean(word, known) or f"known: {', '.join(known)}"
     place = f"body {body!r}: " if body is not None else ""
-    return BuildError(f"{place}unknown {what} {word!r}; {remedy}", body=body, field=word, remedy=remedy)
+    return BuildError(f"{place}unknown {what} {word!r}; {remedy}", body=body, field=word, value=word, remedy=remedy)

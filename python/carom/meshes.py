@@ -90,6 +90,7 @@ class Mesh:
         return _solid(self.vertices, self.triangles)
 
     def __repr__(self) -> str:
+        """Source, counts, and whether it is closed."""
         state = "closed" if self.closed else "open"
         return (
             f"<Mesh {self.source!r}: {len(self.vertices)} vertices, {len(self.triangles)} triangles, {state}>"

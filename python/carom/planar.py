@@ -34,7 +34,7 @@ from carom._shapes import HeightLine as HeightField
 from carom._space import PLANAR
 
 
-class World(_world.World):
+class World(_world.World):  # noqa: D101 (the docstring is that of the common text)
     __doc__ = _world.World.__doc__
     __slots__ = ()
     _space = PLANAR

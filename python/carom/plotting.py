@@ -16,6 +16,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from carom.errors import CaromError
 
@@ -120,7 +121,7 @@ def style(number: int) -> dict[str, Any]:
 
 
 def energy_picture(run: Run, axes: Axes) -> None:
-    """Energies and the ledger's lines that did any work [J]."""
+    """Energies and the ledger's lines that reach a thousandth of the energy that moved [J]."""
     ledger = run.ledger
     axes.plot(ledger.time, ledger.energy, label="kinetic + potential", **style(0))
     axes.plot(ledger.time, ledger.kinetic, label="kinetic", **style(5))
@@ -129,11 +130,11 @@ def energy_picture(run: Run, axes: Axes) -> None:
     )
     number = 0
     for name, work in ledger.lines.items():
-        if np.max(np.abs(work), initial=0.0) > 1e-9 * span:
+        if np.max(np.abs(work), initial=0.0) > 1e-3 * span:
             number += 1 + (number == 4)
             axes.plot(ledger.time, work, label=f"work: {name.replace('_', ' ')}", **style(number))
     _label(axes, "energy [J]", f"energy ledger, closed to {run.energy_closure:.1e} J")
-    axes.legend(fontsize="small")
+    axes.legend(fontsize="small", title="lines above 0.1 %", title_fontsize="small")
 
 
 def momentum_picture(run: Run, axes: Axes) -> None:
@@ -154,16 +155,17 @@ def momentum_picture(run: Run, axes: Axes) -> None:
 
 def residual_picture(run: Run, axes: Axes) -> None:
     """Residual of each step on a logarithmic axis [m/s]; steps at exactly zero are not drawn."""
-    steps = run.steps
+    steps, worst = run.steps, run.worst
+    _label(axes, "residual [m/s]", f"contact law, worst residual {worst.value:.1e} m/s")
+    if not worst.value > 0:
+        axes.text(0.5, 0.5, "no step has a residual", ha="center", va="center", transform=axes.transAxes)
+        return
     values = np.where(steps["residual"] > 0, steps["residual"], np.nan)
     axes.semilogy(steps["time"], values, label="residual", color=PALETTE[5], linewidth=0.9)
+    axes.plot([worst.time], [worst.value], "o", color=PALETTE[0], label=f"worst, {worst.where()}")
     tolerance = run.settings.get("tolerance")
     if tolerance:
         axes.axhline(float(tolerance), label="tolerance", **style(4))
-    worst = run.worst
-    if worst.step >= 0 and worst.value > 0:
-        axes.plot([worst.time], [worst.value], "o", color=PALETTE[0], label=f"worst, {worst.where()}")
-    _label(axes, "residual [m/s]", f"contact law, worst residual {worst.value:.1e} m/s")
     axes.legend(fontsize="small")
 
 
@@ -195,6 +197,8 @@ def matrix_picture(run: Run, axes: Axes, step: int | None = None) -> None:
     axes.set_title(title, fontsize="medium")
     axes.set_xlabel("contact [1]")
     axes.set_ylabel("contact [1]")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     if count == 0:
         axes.text(0.5, 0.5, "no contacts at this step", ha="center", va="center", transform=axes.transAxes)
     elif count > MOST_SQUARES:
@@ -202,12 +206,9 @@ def matrix_picture(run: Run, axes: Axes, step: int | None = None) -> None:
     else:
         size = np.abs(matrix.toarray())
         shown = np.ma.masked_less_equal(size, 1e-12 * size.max())
-        image = axes.imshow(
-            shown,
-            norm=LogNorm(vmin=float(shown.min()), vmax=float(shown.max())),
-            cmap="cividis",
-            interpolation="nearest",
-        )
+        low, high = float(shown.min()), float(shown.max())
+        scale = LogNorm(vmin=low, vmax=high) if low < high else LogNorm(vmin=low / 2, vmax=2 * high)
+        image = axes.imshow(shown, norm=scale, cmap="cividis", interpolation="nearest")
         axes.figure.colorbar(image, ax=axes, label="|A| [1/kg]", shrink=0.8)
 
 

@@ -41,8 +41,8 @@ class Worst:
     between: tuple[str, str] | None
 
     def where(self) -> str:
-        """The place in words."""
-        if self.step < 0:
+        """The place in words; nothing when there is nothing to blame."""
+        if self.step < 0 or self.value == 0:
             return ""
         pair = f"{self.between[0]} / {self.between[1]}, " if self.between is not None else ""
         return f"{pair}step {self.step}, t = {self.time:.4g} s"
@@ -61,6 +61,7 @@ class Ledger:
     """
 
     def __init__(self, steps: Records) -> None:
+        """Cumulates the columns of the steps."""
         columns = steps.dtype.names or ()
         self.time: Floats = steps["time"]
         self.lines: dict[str, Floats] = {
@@ -72,6 +73,7 @@ class Ledger:
         self.closure: Floats = np.cumsum(steps["closure"])
 
     def __getitem__(self, line: str) -> Floats:
+        """Cumulated work of a line, or the closure [J]."""
         return self.closure if line == "closure" else self.lines[line]
 
     def totals(self) -> dict[str, float]:
@@ -80,6 +82,7 @@ class Ledger:
         return {**found, "closure": float(self.closure[-1]) if len(self.closure) else 0.0}
 
     def __repr__(self) -> str:
+        """Totals of all lines."""
         lines = ", ".join(f"{name} {work:.4g} J" for name, work in self.totals().items())
         return f"<Ledger {lines}>"
 
@@ -88,6 +91,7 @@ class RaggedContacts:
     """Contacts of each frame: structured arrays with fields a, b, point [m], normal (b -> a), gap [m], ..."""
 
     def __init__(self, data: RunData) -> None:
+        """Contacts of recorded data."""
         self._data = data
 
     @property
@@ -96,6 +100,7 @@ class RaggedContacts:
         return self._data.frames("contact_offsets")
 
     def __len__(self) -> int:
+        """Number of frames."""
         return len(self.offsets) - 1
 
     def __getitem__(self, frame: int) -> Records:
@@ -104,6 +109,7 @@ class RaggedContacts:
         return self._data.contacts(int(self.offsets[number]), int(self.offsets[number + 1]))
 
     def __iter__(self) -> Iterator[Records]:
+        """Contacts of one frame after another."""
         return (self[frame] for frame in range(len(self)))
 
     def at(self, t: float) -> Records:
@@ -115,6 +121,7 @@ class RaggedContacts:
         return self._data.contacts(0, int(self.offsets[-1]))
 
     def __repr__(self) -> str:
+        """Counts of frames and contacts."""
         return f"<contacts of {len(self)} frames, {int(self.offsets[-1])} in all>"
 
 
@@ -125,6 +132,7 @@ class Run:
     """
 
     def __init__(self, data: RunData) -> None:
+        """A run over recorded data."""
         self._data = data
 
     @classmethod
@@ -320,9 +328,11 @@ class Run:
         return pandas.DataFrame(columns)
 
     def __len__(self) -> int:
+        """Number of steps."""
         return len(self.steps)
 
     def __repr__(self) -> str:
+        """Steps, worst residual and energy closure."""
         state = "" if self.status == "complete" else f" ({self.status})"
         return (
             f"<Run {len(self.steps)} steps{state}, worst residual {self.worst_residual:.1e} m/s, "

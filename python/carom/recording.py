@@ -100,21 +100,36 @@ class Chunk(Protocol):
     """A piece of a run as the engine hands it over; shapes and units as in the table above."""
 
     @property
-    def time(self) -> Floats: ...
+    def time(self) -> Floats:
+        """(f,) [s]."""
+
     @property
-    def position(self) -> Floats: ...
+    def position(self) -> Floats:
+        """(f, n, d) [m]."""
+
     @property
-    def rotation(self) -> Floats: ...
+    def rotation(self) -> Floats:
+        """(f, n, 2|4) [1]."""
+
     @property
-    def velocity(self) -> Floats: ...
+    def velocity(self) -> Floats:
+        """(f, n, d) [m/s]."""
+
     @property
-    def angular_velocity(self) -> Floats: ...
+    def angular_velocity(self) -> Floats:
+        """(f, n, 1|3) [rad/s]."""
+
     @property
-    def contact_offsets(self) -> npt.NDArray[Any]: ...
+    def contact_offsets(self) -> npt.NDArray[Any]:
+        """(f + 1,) rows of `contacts` by frame."""
+
     @property
-    def contacts(self) -> Records: ...
+    def contacts(self) -> Records:
+        """(c,) records."""
+
     @property
-    def steps(self) -> Records: ...
+    def steps(self) -> Records:
+        """(s,) records."""
 
 
 @dataclass(frozen=True)
@@ -167,28 +182,45 @@ class RunData(Protocol):
     """Read access to a recorded run, wherever it is kept."""
 
     @property
-    def header(self) -> Header: ...
+    def header(self) -> Header:
+        """What was known when the run began."""
+
     @property
-    def progress(self) -> Progress: ...
+    def progress(self) -> Progress:
+        """How far the run came."""
+
     @property
-    def path(self) -> Path | None: ...
-    def frames(self, name: str) -> npt.NDArray[Any]: ...
-    def steps(self) -> Records: ...
-    def contacts(self, begin: int, end: int) -> Records: ...
+    def path(self) -> Path | None:
+        """File that holds the run, or None."""
+
+    def frames(self, name: str) -> npt.NDArray[Any]:
+        """One array over all frames; `name` is a key of `FRAME_UNITS`."""
+
+    def steps(self) -> Records:
+        """One record per step."""
+
+    def contacts(self, begin: int, end: int) -> Records:
+        """Contact records by row."""
 
 
 class Recorder(Protocol):
     """Takes chunks while a run goes on."""
 
-    def append(self, chunk: Chunk) -> None: ...
-    def tell(self, progress: Progress) -> None: ...
-    def close(self) -> RunData: ...
+    def append(self, chunk: Chunk) -> None:
+        """Adds a chunk."""
+
+    def tell(self, progress: Progress) -> None:
+        """Notes how far the run has come."""
+
+    def close(self) -> RunData:
+        """Ends the recording and gives what was recorded."""
 
 
 class MemoryRecorder:
     """Keeps a run in memory; is its own data."""
 
     def __init__(self, header: Header) -> None:
+        """An empty recording."""
         self.header = header
         self.progress = Progress()
         self.path: Path | None = None
@@ -244,6 +276,7 @@ class FileRecorder:
     """Writes a run to an HDF5 file, chunk by chunk."""
 
     def __init__(self, path: Path, header: Header) -> None:
+        """Makes the file, or refuses with a `RunFileError`."""
         self.header = header
         self.path = path
         self._refuse_foreign(path)
@@ -320,7 +353,7 @@ class FileRecorder:
     def _growing(group: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Any:
         row = max(1, dtype.itemsize * int(np.prod(shape, dtype=int)))
         chunks = (max(1, _CHUNK_BYTES // row), *(max(1, size) for size in shape))
-        # no compression: measured on a pile's contacts it saved nothing worth its time
+        # no compression: on a pile's contacts gzip saves a third and makes recording ten times slower
         return group.create_dataset(name, (0, *shape), maxshape=(None, *shape), dtype=dtype, chunks=chunks)
 
     def append(self, chunk: Chunk) -> None:
@@ -360,6 +393,7 @@ class FileData:
     """Reads a run file on demand; arrays are kept once read. The length is that at the time of opening."""
 
     def __init__(self, path: Path) -> None:
+        """Reads the header; see `open_run` for what is refused."""
         self.path = path
         self._kept: dict[str, npt.NDArray[Any]] = {}
         with open_run(path) as file:

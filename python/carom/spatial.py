@@ -37,7 +37,7 @@ from carom._shapes import (
 from carom._space import SPATIAL
 
 
-class World(_world.World):
+class World(_world.World):  # noqa: D101 (the docstring is that of the common text)
     __doc__ = _world.World.__doc__
     __slots__ = ()
     _space = SPATIAL

@@ -49,8 +49,12 @@ def test_run_records_and_prints_the_closing_table(folder: Path, capsys: pytest.C
                   "deepest penetration", "drop.h5"):  # fmt: skip
         assert words in printed.out
     run = Run.load(folder / "drop.h5")
-    assert run.status == "complete" and len(run.steps) == 120 and len(run.time) == 31
-    assert run.header.scene == SCENE and run.header.scene_name == "drop" and run.names == ("floor", "ball")
+    assert run.status == "complete"
+    assert len(run.steps) == 120
+    assert len(run.time) == 31
+    assert run.header.scene == SCENE
+    assert run.header.scene_name == "drop"
+    assert run.names == ("floor", "ball")
 
 
 def test_second_run_does_not_overwrite_the_first(folder: Path) -> None:
@@ -70,19 +74,21 @@ def test_options_reach_the_world(folder: Path, capsys: pytest.CaptureFixture[str
     told = json.loads(capsys.readouterr().out)
     settings = told["settings"]
     assert (told["steps"], told["frames"], told["out"]) == (20, 5, "here.h5")
-    assert settings["dt"] == 0.01 and settings["solver"] == "sequential" and settings["iterations"] == 7
-    assert (
-        settings["tolerance"] == 1e-9
-        and settings["impact"] == "sequential"
-        and settings["integrator"] == "rk4"
-    )
+    assert settings["dt"] == 0.01
+    assert settings["solver"] == "sequential"
+    assert settings["iterations"] == 7
+    assert settings["tolerance"] == 1e-9
+    assert settings["impact"] == "sequential"
+    assert settings["integrator"] == "rk4"
 
 
 def test_json_is_all_that_json_prints(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "drop.toml", "--json", "--out", "none"]) == 0
     printed = capsys.readouterr()
     told = json.loads(printed.out)
-    assert told["status"] == "complete" and told["out"] is None and told["space"] == "planar"
+    assert told["status"] == "complete"
+    assert told["out"] is None
+    assert told["space"] == "planar"
     assert set(told["worst_residual"]) == {"value", "step", "time", "between"}
     assert not list(folder.glob("*.h5"))
 
@@ -90,7 +96,8 @@ def test_json_is_all_that_json_prints(folder: Path, capsys: pytest.CaptureFixtur
 def test_quiet_prints_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "drop.toml", "--quiet"]) == 0
     printed = capsys.readouterr()
-    assert printed.out == "" and printed.err == ""
+    assert printed.out == ""
+    assert printed.err == ""
 
 
 @pytest.mark.parametrize("kind", ["energy", "momentum", "residual", "contacts", "matrix", "all"])
@@ -108,7 +115,9 @@ def test_plot_writes_the_picture_and_prints_its_path(
 def test_compare_tabulates_solvers(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "drop.toml", "--solvers", "pgs, sequential", "--time", "0.2"]) == 0
     printed = capsys.readouterr()
-    assert "pgs" in printed.out and "sequential" in printed.out and "trajectory error [m]" in printed.out
+    assert "pgs" in printed.out
+    assert "sequential" in printed.out
+    assert "trajectory error [m]" in printed.out
     assert main(["compare", "drop.toml", "--solvers", "pgs,lemke", "--time", "0.2", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert [row["solver"] for row in told["rows"]] == ["pgs", "lemke"]
@@ -175,9 +184,23 @@ def test_bad_input_ends_with_one_message_and_code_two(
     words, says = case
     assert main(words) == 2
     printed = capsys.readouterr()
-    assert printed.out == "" and says in printed.err
-    assert "Traceback" not in printed.err and len(printed.err.strip().splitlines()) == 1
+    assert printed.out == ""
+    assert says in printed.err
+    assert "Traceback" not in printed.err
+    assert len(printed.err.strip().splitlines()) == 1
     assert not list(folder.glob("*.h5"))
+
+
+def test_failed_run_keeps_its_steps_prints_the_table_and_ends_with_one(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", "seven_objects", "--solver", "direct", "--out", "failed.h5"]) == 1
+    printed = capsys.readouterr()
+    assert "failed" in printed.out
+    assert "solver 'direct' refused" in printed.err.splitlines()[-1]
+    run = Run.load(folder / "failed.h5")
+    assert run.status == "failed"
+    assert 0 < len(run.steps) < 960
 
 
 def test_debug_shows_the_traceback_wherever_it_stands(
@@ -194,7 +217,8 @@ def test_internal_error_is_one_message_and_code_one(
     monkeypatch.setattr("carom.cli.run.run_world", lambda *_, **__: 1 / 0)
     assert main(["run", "drop.toml"]) == 1
     error = capsys.readouterr().err.strip().splitlines()[-1]
-    assert error.startswith("internal error: ZeroDivisionError") and "--debug" in error
+    assert error.startswith("internal error: ZeroDivisionError")
+    assert "--debug" in error
 
 
 def test_interrupt_keeps_what_is_done_prints_the_table_and_ends_with_130(folder: Path) -> None:
@@ -211,9 +235,11 @@ def test_interrupt_keeps_what_is_done_prints_the_table_and_ends_with_130(folder:
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
-    assert (
-        "interrupted" in out and "worst residual" in out and "interrupted" in err and "Traceback" not in err
-    )
+    assert "interrupted" in out
+    assert "worst residual" in out
+    assert "interrupted" in err
+    assert "Traceback" not in err
     run = Run.load(folder / "long.h5")
-    assert run.status == "interrupted" and len(run.steps) > 0
+    assert run.status == "interrupted"
+    assert len(run.steps) > 0
     assert run.time[-1] == pytest.approx(run.steps["time"][-1])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scripted import ScriptedWorld
 
-from carom.compare import compare, trajectory_error
+from carom.comparison import compare, trajectory_error
 from carom.errors import BuildError, CaromError
 from carom.run import run_world
 
@@ -27,7 +27,8 @@ def test_table_states_units_and_names_the_reference() -> None:
     for words in ("worst residual [m/s]", "iterations [1]", "time per step [ms]", "energy closure [J]",
                   "trajectory error [m]"):  # fmt: skip
         assert words in lines[0]
-    assert lines[2].startswith("pgs") and lines[3].startswith("lemke")
+    assert lines[2].startswith("pgs")
+    assert lines[3].startswith("lemke")
     assert "against lemke" in lines[-1]
 
 
@@ -35,7 +36,8 @@ def test_world_given_as_scene_is_left_as_it_is() -> None:
     world = ScriptedWorld()
     before = world.position.copy()
     compare(world, ["pgs", "lemke"], t=0.2)
-    assert np.array_equal(world.position, before) and world.time == 0.0
+    assert np.array_equal(world.position, before)
+    assert world.time == 0.0
 
 
 def test_trajectory_error_is_the_largest_distance_over_frames_and_bodies() -> None:
@@ -62,10 +64,15 @@ class RefusesPgs(ScriptedWorld):
 
 def test_solver_that_fails_is_a_row_that_says_why() -> None:
     found = compare(RefusesPgs, ["pgs", "lemke"], t=0.5)
-    assert "remove the NaN force" in found["pgs"].status and found["pgs"].steps == 10
-    assert found["lemke"].status == "complete" and found.reference == "lemke"
+    assert "remove the NaN force" in found["pgs"].status
+    assert found["pgs"].steps == 10
+    assert found["lemke"].status == "complete"
+    assert "failed after 10 steps" in found.table()
+    assert "remove the NaN force" in found.table()
+    assert found.reference == "lemke"
     plain = json.loads(json.dumps(found.to_dict(), allow_nan=False))
-    assert plain["rows"][0]["solver"] == "pgs" and plain["reference"] == "lemke"
+    assert plain["rows"][0]["solver"] == "pgs"
+    assert plain["reference"] == "lemke"
 
 
 def test_solver_that_fails_at_once_has_no_figures() -> None:
@@ -76,7 +83,8 @@ def test_solver_that_fails_at_once_has_no_figures() -> None:
                 super().__setattr__("fails_at", 0)
 
     found = compare(Refuses, ["pgs", "lemke"], t=0.2)
-    assert math.isnan(found["pgs"].worst_residual) and found["pgs"].steps == 0
+    assert math.isnan(found["pgs"].worst_residual)
+    assert found["pgs"].steps == 0
     assert found.to_dict()["rows"][0]["worst_residual"] is None
 
 

@@ -21,6 +21,18 @@ FACES = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 
                   [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]])  # fmt: skip
 
 
+_ENDLESS_PLY = b"""ply
+format binary_little_endian 1.0
+element vertex 900000000000
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+"""
+
+
 def cube(size: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Mesh:
     return clean_mesh(CUBE * size, FACES, source="cube")
 
@@ -55,9 +67,12 @@ def test_packaged_parts_are_closed_solids_of_sensible_size(name: str) -> None:
     mesh = load_mesh(MESHES / name, scale=0.001 if name == "nut.stl" else 1.0)
     solid = mesh.mass_properties()
     principal = np.linalg.eigvalsh(solid.inertia)
-    assert mesh.closed and mesh.dropped == ()
-    assert 0.1 < mesh.extent < 0.3 and 0.0 < solid.volume < mesh.extent**3
-    assert principal[0] > 0 and principal[0] + principal[1] >= principal[2] * (1 - 1e-12)
+    assert mesh.closed
+    assert mesh.dropped == ()
+    assert 0.1 < mesh.extent < 0.3
+    assert 0.0 < solid.volume < mesh.extent**3
+    assert principal[0] > 0
+    assert principal[0] + principal[1] >= principal[2] * (1 - 1e-12)
     assert (MESHES / name).stat().st_size < 200_000
 
 
@@ -71,7 +86,8 @@ def test_gear_and_nut_have_a_hole_and_the_mug_a_handle() -> None:
 def test_terrain_is_an_open_surface_whose_middle_is_lower_than_its_border() -> None:
     mesh = load_mesh(MESHES / "terrain.ply")
     radius = np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 1])
-    assert not mesh.closed and len(mesh.triangles) == 3200
+    assert not mesh.closed
+    assert len(mesh.triangles) == 3200
     assert mesh.vertices[radius < 0.3, 2].max() < mesh.vertices[radius > 1.5, 2].min()
     with pytest.raises(BuildError, match="is not closed: 160 edges belong to one triangle only"):
         mesh.mass_properties()
@@ -89,7 +105,9 @@ def test_a_cube_comes_back_from_each_format(suffix: str, tmp_path: Path) -> None
     trimesh = pytest.importorskip("trimesh")
     trimesh.Trimesh(CUBE, FACES, process=False).export(tmp_path / f"cube.{suffix}")
     mesh = load_mesh(tmp_path / f"cube.{suffix}", scale=2.0)
-    assert mesh.closed and len(mesh.vertices) == 8 and len(mesh.triangles) == 12
+    assert mesh.closed
+    assert len(mesh.vertices) == 8
+    assert len(mesh.triangles) == 12
     assert mesh.mass_properties().volume == pytest.approx(8.0, rel=1e-6)
 
 
@@ -101,7 +119,8 @@ def test_parts_of_a_glb_stand_where_its_nodes_put_them(tmp_path: Path) -> None:
     scene.add_geometry(part, transform=trimesh.transformations.translation_matrix([5.0, 0.0, 0.0]))
     (tmp_path / "two.glb").write_bytes(scene.export(file_type="glb"))
     mesh = load_mesh(tmp_path / "two.glb")
-    assert mesh.closed and len(mesh.triangles) == 24
+    assert mesh.closed
+    assert len(mesh.triangles) == 24
     assert mesh.vertices[:, 0].max() == pytest.approx(6.0)
 
 
@@ -115,9 +134,11 @@ def test_what_a_file_holds_besides_triangles_is_reported(tmp_path: Path) -> None
     for words in ("materials (1)", "normals (1)", "texture coordinates (1)", "1 triangle without area",
                   "1 triangle given twice"):  # fmt: skip
         assert words in told
-    assert mesh.closed and len(mesh.triangles) == 12
+    assert mesh.closed
+    assert len(mesh.triangles) == 12
     unused = clean_mesh(np.vstack([CUBE, [[9.0, 9.0, 9.0]]]), FACES, source="cube")
-    assert unused.dropped == ("1 vertex that no triangle uses",) and len(unused.vertices) == 8
+    assert unused.dropped == ("1 vertex that no triangle uses",)
+    assert len(unused.vertices) == 8
 
 
 def test_inside_out_surface_is_turned_and_said_so() -> None:
@@ -130,7 +151,8 @@ def test_corners_that_almost_meet_are_welded() -> None:
     generator = np.random.default_rng(1)
     soup = CUBE[FACES.reshape(-1)] + generator.uniform(-1e-12, 1e-12, (36, 3))
     mesh = clean_mesh(soup, np.arange(36).reshape(-1, 3), source="soup")
-    assert mesh.closed and len(mesh.vertices) == 8
+    assert mesh.closed
+    assert len(mesh.vertices) == 8
 
 
 def _write(path: Path, data: Any) -> Path:
@@ -152,12 +174,14 @@ def test_broken_files_are_refused_with_reason_and_remedy(tmp_path: Path) -> None
         "short.glb": (whole[: len(whole) // 2], "cannot be read as GLB"),
         "short.ply": ((MESHES / "pawn.ply").read_bytes()[:2000], "cannot be read as PLY"),
         "wrong.ply": (whole, "cannot be read as PLY"),
+        "endless.ply": (_ENDLESS_PLY, "cannot be read as PLY"),
         "model.dae": ("<xml/>", "unknown kind of mesh file '.dae'; give one of .obj, .stl, .ply, .glb"),
     }
     for name, (data, reason) in cases.items():
         with pytest.raises(BuildError) as caught:
             load_mesh(_write(tmp_path / name, data))
-        assert name in str(caught.value) and reason in str(caught.value), str(caught.value)
+        assert f"mesh '{name}': " in str(caught.value)
+        assert reason in str(caught.value)
         assert caught.value.remedy, name
     with pytest.raises(BuildError, match="cannot be read: No such file"):
         load_mesh(tmp_path / "missing.obj")
@@ -172,14 +196,16 @@ def test_impossible_scale_is_refused(scale: float) -> None:
 def test_hull_keeps_the_corners_alone() -> None:
     inner = clean_mesh(np.vstack([CUBE, CUBE * 0.5 + 0.2]), np.vstack([FACES, FACES + 8]), source="two")
     shape = as_shape(inner, "hull")
-    assert shape["type"] == "convex_hull" and sorted(map(tuple, shape["points"])) == sorted(map(tuple, CUBE))
+    assert shape["type"] == "convex_hull"
+    assert sorted(map(tuple, shape["points"])) == sorted(map(tuple, CUBE))
 
 
 def test_static_use_drops_slivers_only() -> None:
     vertices = np.vstack([CUBE, [[0.5, 0.0, 0.0]]])
     mesh = clean_mesh(vertices, np.vstack([FACES, [[0, 8, 4]]]), source="cube with sliver")
     shape = as_shape(mesh, "static")
-    assert shape["type"] == "tri_mesh" and len(shape["triangles"]) == 12
+    assert shape["type"] == "tri_mesh"
+    assert len(shape["triangles"]) == 12
 
 
 def test_flat_and_open_meshes_are_refused_where_a_solid_is_needed() -> None:
@@ -204,7 +230,8 @@ def test_flat_and_open_meshes_are_refused_where_a_solid_is_needed() -> None:
 def _maker() -> Any:
     """The script that makes the packaged meshes."""
     spec = importlib.util.spec_from_file_location("make_meshes", PACKAGED / "make_meshes.py")
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

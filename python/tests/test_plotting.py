@@ -14,6 +14,7 @@ from carom.errors import CaromError
 from carom.plotting import KINDS, PALETTE, normal_matrix, plot, save_figure
 from carom.recording import Header, MemoryRecorder
 from carom.run import Run, run_world
+from carom.scene import load_scene
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "all"])
@@ -32,7 +33,8 @@ def test_every_kind_is_drawn_with_units_on_its_axes(kind: str, dimension: int) -
 def test_suffix_chooses_the_format(suffix: str, magic: bytes, tmp_path: Path) -> None:
     path = tmp_path / "deeper" / f"picture{suffix}"
     save_figure(plot(run_world(ScriptedWorld(), 0.2), "energy"), path)
-    assert path.read_bytes().startswith(magic) and path.stat().st_size > 4000
+    assert path.read_bytes().startswith(magic)
+    assert path.stat().st_size > 4000
 
 
 def test_pictures_without_steps_or_contacts_are_drawn_all_the_same() -> None:
@@ -86,6 +88,17 @@ def test_off_centre_contacts_couple_through_the_inertia() -> None:
         [0.3 * 0.2 / 1.0, 0, 1 / 2 + 1 / 5 + 0.2**2 / 1.0 + 0.2**2 / 2.5],
     ])  # fmt: skip
     assert normal_matrix(run, 0).toarray() == pytest.approx(wanted, abs=1e-14)
+
+
+def test_matrix_of_a_frame_is_that_of_the_engines_contact_problem() -> None:
+    world = load_scene("stack_spatial").build()
+    run = run_world(world, 0.25)
+    problem = world.problem()
+    engine = problem.A.toarray()[::3, ::3]  # the normal row of each contact comes before its two tangents
+    mine = normal_matrix(run, len(run.time) - 1).toarray()
+    assert engine.shape == mine.shape
+    assert len(engine) >= 40
+    assert mine == pytest.approx(engine, abs=1e-3 * engine.max())
 
 
 #: Machado, Oliveira & Fernandes (2009), severity 1, linear RGB: protanopia and deuteranopia.

@@ -18,7 +18,8 @@ from carom.run import Moment, Run, run_world
 def test_frame_zero_is_the_initial_state_and_every_step_is_a_record(world: ScriptedWorld) -> None:
     start = world.position.copy()
     run = run_world(world, 0.5)
-    assert len(run.steps) == 50 and len(run.time) == 51
+    assert len(run.steps) == 50
+    assert len(run.time) == 51
     assert np.array_equal(run.position[0], start)
     assert np.array_equal(run.position[-1], world.position)
     assert run.steps["time"] == pytest.approx(np.arange(1, 51) * 0.01)
@@ -54,8 +55,10 @@ def test_last_step_is_shortened_to_end_at_the_duration(world: ScriptedWorld) -> 
 
 def test_settings_of_a_run_do_not_outlive_it(world: ScriptedWorld) -> None:
     run = run_world(world, 0.1, solver="lemke", iterations=3, tolerance=0.0)
-    assert run.settings["solver"] == "lemke" and run.settings["iterations"] == 3
-    assert world.settings["solver"] == "pgs" and world.settings["iterations"] == 10
+    assert run.settings["solver"] == "lemke"
+    assert run.settings["iterations"] == 3
+    assert world.settings["solver"] == "pgs"
+    assert world.settings["iterations"] == 10
 
 
 def test_failed_step_raises_and_keeps_every_step_before_it() -> None:
@@ -93,7 +96,8 @@ def test_run_from_another_thread_leaves_signals_alone() -> None:
 def test_progress_tells_time_steps_and_the_last_record(world: ScriptedWorld) -> None:
     moments: list[Moment] = []
     run_world(world, 0.5, progress=moments.append)
-    assert moments[-1].time == pytest.approx(0.5) and moments[-1].steps == 50
+    assert moments[-1].time == pytest.approx(0.5)
+    assert moments[-1].steps == 50
     assert [moment.steps for moment in moments] == sorted(moment.steps for moment in moments)
     assert moments[-1].last["residual"] > 0
 
@@ -116,13 +120,15 @@ def test_impossible_arguments_are_refused_with_field_value_and_remedy(
     with pytest.raises(BuildError) as caught:
         run_world(world, **arguments)  # type: ignore[arg-type]
     assert caught.value.field == field
-    assert caught.value.remedy and field in str(caught.value)
+    assert caught.value.remedy
+    assert field in str(caught.value)
 
 
 def test_worst_residual_and_deepest_penetration_name_step_and_bodies(world: ScriptedWorld) -> None:
     run = run_world(world, 2.0)
     step = int(np.argmax(run.steps["residual"]))
-    assert run.worst.step == step and run.worst.value == run.steps["residual"].max() == run.worst_residual
+    assert run.worst.step == step
+    assert run.worst.value == run.steps["residual"].max() == run.worst_residual
     assert run.worst.between == ("ball0", "floor")
     assert "ball0 / floor" in run.worst.where()
     assert run.deepest_penetration == pytest.approx(-run.steps["deepest_gap"].min())
@@ -131,7 +137,8 @@ def test_worst_residual_and_deepest_penetration_name_step_and_bodies(world: Scri
 
 def test_nothing_overlapping_is_no_penetration(world: ScriptedWorld) -> None:
     run = run_world(world, 0.1)
-    assert run.deepest_penetration == 0.0 and run.deepest.between is None
+    assert run.deepest_penetration == 0.0
+    assert run.deepest.between is None
 
 
 def test_ledger_cumulates_the_work_of_steps(world: ScriptedWorld) -> None:

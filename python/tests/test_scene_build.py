@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import math
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
 
 from carom.errors import SceneError
 from carom.meshes import load_mesh
@@ -48,7 +51,17 @@ def test_pyramid_of_1275_boxes_takes_ten_lines() -> None:
         f'[[body]]\nname = "box{{i}}-{{j}}"\ndensity = 1\n{BOX}'
         'repeat = { count = [50, 50], step = [[1.1, 0], [0.55, 1]], arrangement = "pyramid" }\n'
     )
-    assert len(built(text).names) == 1275 and text.count("\n") <= 10
+    assert len(built(text).names) == 1275
+    assert text.count("\n") <= 10
+
+
+def test_json_scene_means_the_same_as_toml() -> None:
+    text = (PACKAGED / "first_steps_planar.toml").read_text()
+    toml = scene_from_text(text)
+    json_scene = scene_from_text(json.dumps(tomllib.loads(text)), form="json")
+    runs = [run_world(scene.build(), 0.5, every=30) for scene in (toml, json_scene)]
+    assert runs[0].names == runs[1].names
+    assert np.array_equal(runs[0].position, runs[1].position)
 
 
 def test_names_without_a_pattern_get_the_numbers_appended() -> None:
@@ -72,7 +85,8 @@ def test_scatter_is_the_same_every_time_within_its_bounds_and_changes_with_the_s
 
     once, again, other = positions(1), positions(1), positions(2)
     offset = once - np.arange(40)[:, None] * [10.0, 0.0, 0.0]
-    assert np.array_equal(once, again) and not np.array_equal(once, other)
+    assert np.array_equal(once, again)
+    assert not np.array_equal(once, other)
     assert np.abs(offset).max(axis=0) == pytest.approx([1.0, 0.5, 0.0], abs=0.1)
     assert np.all(np.abs(offset) <= [1.0, 0.5, 0.0])
 
@@ -131,9 +145,9 @@ def test_settings_of_the_file_reach_the_world_and_arguments_replace_them() -> No
     )
     scene = scene_from_text(text)
     settings = scene.build().settings
-    assert (
-        settings["solver"] == "lemke" and settings["dt"] == 0.01 and list(settings["gravity"]) == [0.0, -1.6]
-    )
+    assert settings["solver"] == "lemke"
+    assert settings["dt"] == 0.01
+    assert list(settings["gravity"]) == [0.0, -1.6]
     assert scene.build(solver="pgs", dt=0.5).settings["solver"] == "pgs"
 
 
@@ -184,7 +198,8 @@ def test_mesh_files_outside_the_scenes_folder_are_refused(file: str, tmp_path: P
         SceneError, match="leaves the scene's folder; put the file beside the scene"
     ) as caught:
         scene.build()
-    assert caught.value.line == 6 and caught.value.body == "part"
+    assert caught.value.line == 6
+    assert caught.value.body == "part"
 
 
 def test_scene_without_a_folder_has_no_meshes() -> None:
@@ -230,7 +245,8 @@ def test_what_the_engine_refuses_comes_back_with_the_line_of_its_key() -> None:
     )
     with pytest.raises(SceneError) as caught:
         built(text)
-    assert str(caught.value).startswith("<text>:8: body 'flat': ") and caught.value.remedy
+    assert str(caught.value).startswith("<text>:8: body 'flat': ")
+    assert caught.value.remedy
 
 
 def test_no_two_scenes_share_a_name() -> None:
@@ -242,5 +258,23 @@ def test_no_two_scenes_share_a_name() -> None:
 def test_every_scene_that_comes_with_carom_takes_a_step(scene: Scene) -> None:
     world = scene.build()
     run = run_world(world, 2 * world.settings["dt"])
-    assert len(run.steps) == 2 and np.isfinite(run.position).all()
-    assert run.space == scene.space and len(run.names) >= 1
+    assert len(run.steps) == 2
+    assert np.isfinite(run.position).all()
+    assert run.space == scene.space
+    assert len(run.names) >= 1
+
+
+def test_meshes_poured_on_the_terrain_come_to_rest_upon_it() -> None:
+    world = load_scene("meshes_on_terrain").build()
+    assert len(world.names) == 37
+    run = run_world(world, 4.0, every=60)
+    terrain = load_mesh(PACKAGED / "meshes/terrain.ply").vertices
+    columns = np.unique(terrain[:, 0])
+    heights = terrain[:, 2].reshape(len(columns), len(columns))  # rows along y, as they were made
+    ground = RegularGridInterpolator((columns, columns), heights)
+    end = run.position[-1, 1:]
+    assert np.all(end[:, 2] > ground(end[:, [1, 0]]))
+    assert np.all(np.hypot(end[:, 0], end[:, 1]) < 1.0)
+    assert run.steps["kinetic"][-1] < 1e-3 * run.steps["kinetic"].max()
+    assert run.deepest_penetration < 0.02
+    assert run.energy_closure < 1e-10 * run.steps["kinetic"].max()

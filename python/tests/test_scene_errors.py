@@ -136,15 +136,18 @@ def test_bad_scene_is_refused_with_file_line_body_key_value_and_remedy(case: Bad
         load_scene(path)
     error, text = caught.value, str(caught.value)
     assert text.startswith(f"{path}:{case.line}: " if case.line is not None else f"{path}: "), text
-    assert error.path == str(path) and error.line == case.line
-    assert case.says in text and case.remedy in text, text
+    assert error.path == str(path)
+    assert error.line == case.line
+    assert case.says in text
+    assert case.remedy in text
     assert case.remedy in str(error.remedy)
     assert error.body == case.body
     if case.key is not None:
         assert error.key == case.key
     if case.value is not None:
         assert error.value == case.value
-    assert len(text) < 1000 and "\n" not in text
+    assert len(text) < 1000
+    assert "\n" not in text
 
 
 def test_all_problems_of_a_file_are_told_in_the_order_of_lines(tmp_path: Path) -> None:

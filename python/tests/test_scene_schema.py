@@ -39,7 +39,8 @@ def test_every_field_of_the_schema_says_what_it_is_and_quantities_state_their_un
                 lacking.append(f"{name}.{key}")
             elif _is_numeric(field) and "[" not in described and key != "schema_version":
                 without_unit.append(f"{name}.{key}")
-    assert lacking == [] and without_unit == []
+    assert lacking == []
+    assert without_unit == []
 
 
 def _is_numeric(field: dict[str, Any]) -> bool:

@@ -6,4 +6,7 @@
 mod harness;
 
 mod bodies;
+mod friction;
+mod probe;
 mod rotation;
+mod statics;

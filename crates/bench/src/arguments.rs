@@ -71,7 +71,10 @@ impl Arguments {
                 "--steps" => given.steps = Some(number(&word, &value)?),
                 "--repeats" => given.repeats = number(&word, &value)?,
                 "--solvers" => given.solvers = value.split(',').map(str::parse).collect::<Result<_, _>>()?,
-                "--patience" => given.patience = value.parse().map_err(|_| format!("{word} needs seconds, got {value:?}"))?,
+                "--patience" => {
+                    given.patience =
+                        value.parse().map_err(|_| format!("{word} needs seconds, got {value:?}"))?
+                }
                 "--machine" => machine = Some(value),
                 "--out" => folder = Some(PathBuf::from(value)),
                 _ => return Err(format!("unknown option {word}\n\n{HELP}")),

@@ -30,7 +30,8 @@ impl<S: Geometry> Judge<S> {
         let with_shape: Vec<usize> = (0..poses.len()).filter(|&i| self.colliders[i].is_some()).collect();
         let collider = |k: usize| self.colliders[with_shape[k]].as_ref().expect("chosen for its shape");
         let pose = |k: usize| &poses[with_shape[k]];
-        let bounds: Vec<Aabb<S>> = (0..with_shape.len()).map(|k| S::bounds(collider(k), pose(k), 0.0)).collect();
+        let bounds: Vec<Aabb<S>> =
+            (0..with_shape.len()).map(|k| S::bounds(collider(k), pose(k), 0.0)).collect();
         let movable: Vec<bool> = with_shape.iter().map(|&i| self.movable[i]).collect();
         let (mut deepest, mut points) = (0.0, Vec::new());
         for &(i, j) in self.broad.update(&bounds, &movable, &|_, _| true) {

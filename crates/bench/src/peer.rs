@@ -24,11 +24,11 @@ pub fn stored(mixing: Mixing, value: f64) -> f32 {
 /// One contender for `rapier2d` and `rapier3d`.
 macro_rules! contender {
     ($rapier:ident, $space:ty, $shapes:path) => {
-        use $shapes as shapes;
         use carom::{BodyKind, Column, Mixing, Pose, World};
         use $rapier::prelude::{
             CoefficientCombineRule, ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
         };
+        use $shapes as shapes;
 
         /// A world of Rapier.
         struct Rapier {
@@ -72,7 +72,9 @@ macro_rules! contender {
                         builder = builder.additional_mass_properties(shapes::mass(&data.mass_properties));
                     }
                     let handle = peer.bodies.insert(builder.build());
-                    for (place, shape) in data.shape.iter().map(shapes::parts).collect::<Result<Vec<_>, _>>()?.concat() {
+                    for (place, shape) in
+                        data.shape.iter().map(shapes::parts).collect::<Result<Vec<_>, _>>()?.concat()
+                    {
                         let collider = ColliderBuilder::new(shape)
                             .position(place)
                             .density(0.0)

@@ -51,7 +51,9 @@ pub mod translate {
             PlanarShape::RoundBox { size: [x, y], radius } => {
                 SharedShape::round_cuboid(f(0.5 * x), f(0.5 * y), f(*radius))
             }
-            PlanarShape::ConvexPolygon { points } => SharedShape::convex_hull(&all(points)).ok_or_else(flat)?,
+            PlanarShape::ConvexPolygon { points } => {
+                SharedShape::convex_hull(&all(points)).ok_or_else(flat)?
+            }
             PlanarShape::RoundPolygon { points, radius } => {
                 SharedShape::round_convex_hull(&all(points), f(*radius)).ok_or_else(flat)?
             }

@@ -45,7 +45,17 @@ const COLUMNS: &str = "scene,space,engine,solver,bodies,contacts,steps,ms_per_st
 pub fn heading() -> String {
     format!(
         "{:<22} {:<7} {:<10} {:>6} {:>8} {:>5} {:>10} {:>8} {:>10} {:>10} {:>10}",
-        "scene", "engine", "solver", "bodies", "contacts", "steps", "ms/step", "ratio", "depth m", "residual", "speed"
+        "scene",
+        "engine",
+        "solver",
+        "bodies",
+        "contacts",
+        "steps",
+        "ms/step",
+        "ratio",
+        "depth m",
+        "residual",
+        "speed"
     )
 }
 

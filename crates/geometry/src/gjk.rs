@@ -11,6 +11,10 @@ const STEPS: usize = 128;
 /// Distance below this fraction of the scale has no trustworthy direction \[1\].
 const NO_DIRECTION: f64 = 1e-14;
 
+/// A tetrahedron thinner than this fraction of its size holds no origin for certain \[1\]: on curved sets its
+/// corners crowd, and a wrong sign would report an overlap that is none.
+const FLAT: f64 = 1e-10;
+
 /// One point of the difference set and where it comes from.
 #[derive(Clone, Copy, Debug)]
 pub struct Corner {
@@ -176,7 +180,7 @@ fn on_tetrahedron(corners: [Corner; 4]) -> Option<Simplex> {
         let normal = (q.c - p.c).cross(r.c - p.c);
         let inner = normal.dot(corners[opposite].c - p.c);
         let origin = -normal.dot(p.c);
-        let rounding = 1e-10 * normal.norm() * (p.c.norm() + corners[opposite].c.norm());
+        let rounding = FLAT * normal.norm() * (p.c.norm() + corners[opposite].c.norm());
         if origin * inner <= 0.0 || inner.abs() <= rounding {
             let face = on_triangle(p, q, r);
             let squared = face.combine(|c| c.c).norm_squared();

@@ -1,9 +1,10 @@
 //! The plane's shapes cut into cells, each the image of the unit square under a smooth map with a known
 //! Jacobian: what quadrature runs over. Knows no density and no error.
 
+use crate::check;
 use crate::geometry::ShapeError;
 use crate::hull::convex_hull_planar;
-use crate::mass_moments::{no_mass, of_part};
+use crate::mass_moments::no_mass;
 use crate::mass_polygon::{edges, mean, outward};
 use crate::quadrature::Cell;
 use crate::shape::PlanarShape;
@@ -62,7 +63,7 @@ pub(crate) fn planar_cells(shape: &PlanarShape) -> Result<Vec<Cell<2>>, ShapeErr
             let mut cells: Vec<Cell<2>> = Vec::new();
             for (i, part) in parts.iter().enumerate() {
                 let pose = part.pose;
-                for cell in planar_cells(&part.shape).map_err(|e| of_part(i, e))? {
+                for cell in planar_cells(&part.shape).map_err(|e| check::within(&format!("parts[{i}].shape"), e))? {
                     cells.push(Box::new(move |u| {
                         let (point, jacobian) = cell(u);
                         (pose.to_world(point), jacobian)

@@ -2,10 +2,11 @@
 //! what quadrature runs over. Bodies of revolution turn plane cells in (r, z) about z, a quarter turn each.
 //! Knows no density and no error.
 
+use crate::check;
 use crate::geometry::ShapeError;
 use crate::hull::convex_hull_spatial;
 use crate::mass_cells_planar::{parallelogram, sector, triangle};
-use crate::mass_moments::{no_mass, of_part};
+use crate::mass_moments::no_mass;
 use crate::mass_polygon::mean;
 use crate::mass_polyhedron::polyhedron_moments;
 use crate::mass_rounded::ConvexSurface;
@@ -109,7 +110,7 @@ pub(crate) fn spatial_cells(shape: &SpatialShape) -> Result<Vec<Cell<3>>, ShapeE
             let mut cells: Vec<Cell<3>> = Vec::new();
             for (i, part) in parts.iter().enumerate() {
                 let pose = part.pose;
-                for cell in spatial_cells(&part.shape).map_err(|e| of_part(i, e))? {
+                for cell in spatial_cells(&part.shape).map_err(|e| check::within(&format!("parts[{i}].shape"), e))? {
                     cells.push(Box::new(move |u| {
                         let (point, jacobian) = cell(u);
                         (pose.to_world(point), jacobian)

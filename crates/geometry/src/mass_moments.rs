@@ -201,14 +201,6 @@ pub(crate) fn check_density(density: f64) -> Result<(), ShapeError> {
     ))
 }
 
-/// Refuses a size that is not finite and positive.
-pub(crate) fn check_size(field: &str, size: f64) -> Result<(), ShapeError> {
-    if size > 0.0 && size.is_finite() {
-        return Ok(());
-    }
-    Err(ShapeError::new(field, format!("must be finite and > 0, got {size}"), "give a length in metres"))
-}
-
 /// The error of a shape that encloses nothing.
 pub(crate) fn no_mass(name: &str, measure: &str) -> ShapeError {
     ShapeError::new(
@@ -216,11 +208,6 @@ pub(crate) fn no_mass(name: &str, measure: &str) -> ShapeError {
         format!("a {name} has no {measure}, so no density gives it a mass"),
         "give the body's mass, centre and inertia explicitly, or make the body fixed",
     )
-}
-
-/// The error of a compound's part, named by its place.
-pub(crate) fn of_part(index: usize, error: ShapeError) -> ShapeError {
-    ShapeError { field: format!("parts[{index}].{}", error.field), ..error }
 }
 
 /// The error of a compound of nothing.

@@ -2,12 +2,14 @@
 //! shape with an area has a closed form; a density function is integrated by adaptive quadrature.
 //! Knows no bodies.
 
+use crate::check;
 use crate::geometry::ShapeError;
 use crate::hull::convex_hull_planar;
 use crate::mass::MassProperties;
 use crate::mass_cells_planar::planar_cells;
-use crate::mass_moments::{Moments, check_density, check_size, no_mass, no_parts, of_part};
+use crate::mass_moments::{Moments, check_density, no_mass, no_parts};
 use crate::mass_polygon::{polygon_moments, rounded_polygon_moments};
+use crate::mass_rounded::rounded_box_moments;
 use crate::quadrature::{Integrand, integrate};
 use crate::shape::PlanarShape;
 use carom_math::{Planar, Vec2};
@@ -27,7 +29,7 @@ pub fn mass_properties(shape: &PlanarShape, density: f64) -> Result<MassProperti
         .iter()
         .enumerate()
         .map(|(i, part)| {
-            let own = mass_properties(&part.shape, density).map_err(|e| of_part(i, e))?;
+            let own = mass_properties(&part.shape, density).map_err(|e| check::within(&format!("parts[{i}].shape"), e))?;
             Ok(own.placed(&part.pose))
         })
         .collect::<Result<Vec<_>, _>>()?;
@@ -37,7 +39,8 @@ pub fn mass_properties(shape: &PlanarShape, density: f64) -> Result<MassProperti
 /// Mass properties of a density function \[kg/m^2\] of points in shape axes \[m\], which answers many points at
 /// once. `error` bounds, by estimate, the relative error of the mass, of the centre over the radius of gyration
 /// and of the inertia. In a compound, overlaps count twice. Smooth densities reach any tolerance; jumps are
-/// located along lines. A layer thinner than a hundredth of the shape may hide between the samples.
+/// located along lines. What is narrower than the spacing of the samples, at most a tenth of a piece of the
+/// shape, may be missed, and is then missing from `error` too.
 ///
 /// # Errors
 /// [`ShapeError`] as for [`mass_properties`]; for a density that is negative or not finite at a point (named),
@@ -57,29 +60,28 @@ pub fn mass_properties_of(
 
 /// Area moments of a shape that is no compound.
 fn moments(shape: &PlanarShape) -> Result<Moments<2>, ShapeError> {
-    use crate::mass_rounded::rounded_box_moments;
     match shape {
         PlanarShape::Circle { radius } => {
-            check_size("radius", *radius)?;
+            check::length("radius", *radius)?;
             Ok(rounded_box_moments([0.0; 2], *radius))
         }
         PlanarShape::Capsule { length, radius } => {
-            check_size("length", *length)?;
-            check_size("radius", *radius)?;
+            check::length("length", *length)?;
+            check::length("radius", *radius)?;
             Ok(rounded_box_moments([0.5 * length, 0.0], *radius))
         }
         PlanarShape::Box { size } => {
-            check_sides(size)?;
+            check::lengths("size", size)?;
             Ok(rounded_box_moments(size.map(|s| 0.5 * s), 0.0))
         }
         PlanarShape::RoundBox { size, radius } => {
-            check_sides(size)?;
-            check_size("radius", *radius)?;
+            check::lengths("size", size)?;
+            check::length("radius", *radius)?;
             Ok(rounded_box_moments(size.map(|s| 0.5 * s), *radius))
         }
         PlanarShape::ConvexPolygon { points } => polygon_moments(&convex_hull_planar(points)?),
         PlanarShape::RoundPolygon { points, radius } => {
-            check_size("radius", *radius)?;
+            check::length("radius", *radius)?;
             Ok(rounded_polygon_moments(&convex_hull_planar(points)?, *radius))
         }
         PlanarShape::Segment { .. } => Err(no_mass("segment", "area")),
@@ -88,9 +90,4 @@ fn moments(shape: &PlanarShape) -> Result<Moments<2>, ShapeError> {
         PlanarShape::HeightField { .. } => Err(no_mass("height field", "area")),
         PlanarShape::Compound { .. } => Err(no_mass("compound inside another shape", "area of its own")),
     }
-}
-
-fn check_sides(size: &[f64; 2]) -> Result<(), ShapeError> {
-    check_size("size[0]", size[0])?;
-    check_size("size[1]", size[1])
 }

@@ -32,8 +32,7 @@ pub(crate) fn rounded_box_moments<const N: usize>(half: [f64; N], r: f64) -> Mom
         let [volume, first, second] = ball[beyond.count_ones() as usize];
         let core: f64 = (0..N).filter(|i| beyond >> i & 1 == 0).map(|i| half[i]).product();
         total.measure += orthants * core * volume;
-        for i in 0..N {
-            let a = half[i];
+        for (i, &a) in half.iter().enumerate() {
             let square = if beyond >> i & 1 == 0 {
                 a * a / 3.0 * volume
             } else {

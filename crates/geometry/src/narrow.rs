@@ -4,7 +4,7 @@
 
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::geometry::ContactPoint;
-use crate::kernel::{Kernel, Label, NONE, Separation, Touch, mix};
+use crate::kernel::{Kernel, Label, NONE, Separation, Touch, mix, scale};
 use crate::spread::spread;
 use crate::surface::Verdict;
 use carom_math::{Column, Pose, Rotation};
@@ -15,6 +15,9 @@ use std::collections::BTreeSet;
 const ONE_PATCH: f64 = 1.0 - 1e-10;
 /// Points of a patch closer than this fraction of the smaller piece are one \[1\].
 const ONE_POINT: f64 = 1e-6;
+
+/// A facet whose normal was turned by its seams reports overlaps up to this many times the smallest one \[1\].
+const DEEPER: f64 = 10.0;
 
 /// Points found so far in one query.
 struct Found<'a, S: Kernel> {
@@ -83,8 +86,8 @@ impl<S: Kernel> Found<'_, S> {
         let place = a.pose.inverse().compose(&b.pose);
         let radii = a.radius + b.radius;
         let reach = self.margin + radii;
-        let Some(found) = S::separation(a.core, b.core, &place, reach) else { return };
-        let Some((found, witnessed)) = judged(a, b, &place, found) else { return };
+        let Some(nearest) = S::separation(a.core, b.core, &place, reach) else { return };
+        let Some((found, witnessed)) = judged(a, b, &place, nearest) else { return };
         if found.gap > reach {
             return;
         }
@@ -92,6 +95,11 @@ impl<S: Kernel> Found<'_, S> {
         self.smallest = self.smallest.min(size(a)).min(size(b));
         self.touches.clear();
         S::manifold(a.core, b.core, &place, &found, witnessed, reach, &mut self.touches);
+        if !witnessed {
+            // along a turned normal a facet sees depths behind it that are not its own: the neighbour's matter
+            let floor = DEEPER * nearest.gap.min(0.0) - 1e-9 * scale::<S>(a.core, b.core, &place);
+            self.touches.retain(|t| t.gap >= floor);
+        }
         let name = mix(a.name, b.name);
         self.out.extend(self.touches.iter().map(|t| {
             let middle = (t.on_a + t.on_b - t.normal * (a.radius - b.radius)) * 0.5;

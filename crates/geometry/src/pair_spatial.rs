@@ -11,6 +11,8 @@ use carom_math::{Column, Pose, Spatial, Vec3};
 
 /// Corners this close to a side count as inside, as a fraction of the scale \[1\].
 const SAME_SIDE: f64 = 1e-7;
+/// Depths this close are one, as a fraction of the scale \[1\].
+const SAME_DEPTH: f64 = 1e-9;
 /// Straight edges closer to parallel than this touch in two points \[rad\].
 const PARALLEL: f64 = 1e-2;
 /// Capsules closer to parallel than this get a contact at each end of their overlap \[rad\].
@@ -79,14 +81,8 @@ impl Kernel for Spatial {
             let lift = (found.gap - t.gap).max(0.0);
             (t.gap, t.on_a) = (t.gap + lift, t.on_a + t.normal * lift);
         }
-        let lowest = touches.iter().fold(f64::INFINITY, |m, t| m.min(t.gap));
-        if witnessed && lowest > found.gap + 1e-12 * pair.scale {
-            let Separation { normal, gap, on_a, on_b, label } = *found;
-            let witness = Touch { normal, gap, on_a, on_b, label };
-            match touches.iter_mut().find(|t| (t.on_b - on_b).norm() <= 10.0 * SAME_SIDE * pair.scale) {
-                Some(twin) => *twin = Touch { label: twin.label, ..witness },
-                None => touches.push(witness),
-            }
+        if witnessed {
+            deepest_is_found(&mut touches, found, pair.scale);
         }
         touches.retain(|t| t.gap <= reach);
         if touches.len() > 1 {
@@ -96,6 +92,23 @@ impl Kernel for Spatial {
         } else {
             out.extend(touches);
         }
+    }
+}
+
+/// Makes the deepest touch as deep as the separation found: the lowest one where only rounding is missing, else
+/// the witnesses, in place of a touch that stands where they do.
+fn deepest_is_found(touches: &mut Vec<Touch<Spatial>>, found: &Separation<Spatial>, scale: f64) {
+    let Separation { normal, gap, on_a, on_b, label } = *found;
+    let witness = Touch { normal, gap, on_a, on_b, label };
+    match touches.iter_mut().reduce(|best, t| if t.gap < best.gap { t } else { best }) {
+        Some(lowest) if lowest.gap <= gap + SAME_DEPTH * scale => {
+            lowest.on_a += lowest.normal * (gap - lowest.gap);
+            lowest.gap = gap;
+        }
+        _ => match touches.iter_mut().find(|t| (t.on_b - on_b).norm() <= 10.0 * SAME_SIDE * scale) {
+            Some(twin) => *twin = Touch { label: twin.label, ..witness },
+            None => touches.push(witness),
+        },
     }
 }
 

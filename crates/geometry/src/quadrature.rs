@@ -7,15 +7,17 @@
 
 use crate::geometry::ShapeError;
 use crate::mass_moments::Moments;
+use crate::quadrature_density::{CHUNK, Sampler};
+use crate::quadrature_error::{ErrorScale, Errors};
+use crate::quadrature_grid::{TensorSum, digits, tensor_sum};
 use crate::quadrature_lines::{Line, LineIntegral, integrate_lines};
 use crate::quadrature_rule::{Rule, SAFETY};
-use carom_math::{Column, Tuple};
+use carom_math::Tuple;
+
+pub use crate::quadrature_density::{EVALUATION_BUDGET, Integrand};
 
 /// Smooth map from the unit cube: point in shape axes \[m\] and Jacobian, negative where volume is taken away.
 pub type Cell<const N: usize> = Box<dyn Fn([f64; N]) -> (Tuple<N>, f64)>;
-
-/// Evaluations of the density after which the integration stops \[1\].
-pub const EVALUATION_BUDGET: usize = 10_000_000;
 
 /// Relative error that is still returned, honestly stated, when the budget ends above the tolerance \[1\].
 pub const ACCEPTABLE_ERROR: f64 = 1e-3;
@@ -35,130 +37,6 @@ const FINE_START: usize = 50_000;
 /// Lines refined together: few enough to follow the errors, many enough for large batches.
 const BATCH: usize = 8192;
 
-/// Points handed to the density at once.
-const CHUNK: usize = 1 << 16;
-
-/// What is integrated.
-pub struct Integrand<'a, const N: usize> {
-    /// Density at many points in shape axes: one number for each.
-    pub density: &'a mut dyn FnMut(&[Tuple<N>]) -> Vec<f64>,
-    /// Point about which moments are taken, near the centre \[m\].
-    pub origin: Tuple<N>,
-    /// Where given: false at points that cells reach outside the shape, where negative values may stand.
-    pub is_inside: Option<&'a dyn Fn(Tuple<N>) -> bool>,
-}
-
-/// Evaluates and checks the density.
-pub(crate) struct Sampler<'a, const N: usize> {
-    integrand: Integrand<'a, N>,
-    evaluations: usize,
-}
-
-impl<const N: usize> Sampler<'_, N> {
-    pub fn origin(&self) -> Tuple<N> {
-        self.integrand.origin
-    }
-    /// True when the budget of evaluations has been used.
-    pub fn is_spent(&self) -> bool {
-        self.evaluations >= EVALUATION_BUDGET
-    }
-    /// Densities at points.
-    pub fn sample(&mut self, points: &[Tuple<N>]) -> Result<Vec<f64>, ShapeError> {
-        let mut densities = Vec::with_capacity(points.len());
-        for chunk in points.chunks(CHUNK) {
-            let answer = (self.integrand.density)(chunk);
-            if answer.len() != chunk.len() {
-                return Err(ShapeError::new(
-                    "density",
-                    format!("the function returned {} numbers for {} points", answer.len(), chunk.len()),
-                    "return one density for every point",
-                ));
-            }
-            for (point, &density) in chunk.iter().zip(&answer) {
-                if !(density >= 0.0 && density.is_finite()) {
-                    self.refuse_unless_outside(*point, density)?;
-                }
-            }
-            densities.extend(answer);
-        }
-        self.evaluations += points.len();
-        Ok(densities)
-    }
-    fn refuse_unless_outside(&self, point: Tuple<N>, density: f64) -> Result<(), ShapeError> {
-        let place = point.as_slice();
-        if self.integrand.is_inside.is_none_or(|inside| inside(point)) {
-            return Err(ShapeError::new(
-                "density",
-                format!("the function is {density} at {place:?} (shape axes, m)"),
-                "return finite values >= 0 everywhere in the shape",
-            ));
-        }
-        if density.is_finite() {
-            return Ok(());
-        }
-        Err(ShapeError::new(
-            "density",
-            format!("the function is {density} at {place:?} (shape axes, m), outside the mesh"),
-            "return finite values there too, or split the mesh into star-shaped parts of a compound",
-        ))
-    }
-}
-
-/// Absolute errors of the measure, the first and the second moment (norms, about the origin).
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Errors([f64; 3]);
-
-impl Errors {
-    /// Size of a difference, times a factor.
-    pub fn of<const N: usize>(difference: &Moments<N>, factor: f64) -> Self {
-        Errors(difference.sizes().map(|x| factor * x))
-    }
-    /// Adds a multiple.
-    pub fn add(&mut self, k: f64, other: &Self) {
-        for i in 0..3 {
-            self.0[i] += k * other.0[i];
-        }
-    }
-    /// Raises every error to at least another's.
-    fn raise(&mut self, least: &Self) {
-        for i in 0..3 {
-            self.0[i] = self.0[i].max(least.0[i]);
-        }
-    }
-}
-
-/// What errors are measured against.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ErrorScale {
-    /// Mass \[kg\].
-    mass: f64,
-    /// Distance of the centre from the origin \[m\].
-    offset: f64,
-    /// Radius of gyration \[m\].
-    gyration: f64,
-}
-
-impl ErrorScale {
-    fn of<const N: usize>(total: &Moments<N>) -> Option<Self> {
-        let trace = |m: &[[f64; N]; N]| (0..N).map(|i| m[i][i]).sum::<f64>() / total.measure;
-        if !(total.measure > 0.0) {
-            return None;
-        }
-        // a mass drawn together in a point keeps a scale
-        let gyration = trace(&total.central_second()).max(1e-12 * trace(&total.second)).max(f64::MIN_POSITIVE);
-        let offset = (total.center() - total.origin).norm();
-        Some(ErrorScale { mass: total.measure, offset, gyration: gyration.sqrt() })
-    }
-    /// The largest of the relative errors of mass, centre (over the radius of gyration k) and inertia (over
-    /// m k^2), as they follow from the moments' errors when the centre is moved to.
-    pub fn relative(&self, Errors([zeroth, first, second]): &Errors) -> f64 {
-        let (c, k) = (self.offset, self.gyration);
-        let center = first + c * zeroth;
-        let inertia = second + 2.0 * c * first + c * c * zeroth;
-        zeroth.max(center / k).max(inertia / (k * k)) / self.mass
-    }
-}
-
 /// A box of a cell's cube with its integral.
 struct Region<const N: usize> {
     cell: usize,
@@ -173,15 +51,6 @@ struct Region<const N: usize> {
     across: Errors,
     /// Errors along the lines.
     along: Errors,
-}
-
-/// An integral over some axes of a box.
-struct TensorSum<const N: usize> {
-    integral: Moments<N>,
-    /// The rules' differences with their signs, over all axes.
-    difference: Moments<N>,
-    /// What every axis contributes to the errors; zero for axes that were not summed over.
-    by_axis: [Errors; N],
 }
 
 impl<const N: usize> Region<N> {
@@ -311,7 +180,8 @@ fn end_of_budget<const N: usize>(
     Err(ShapeError::new(
         "density",
         format!("after {evaluations} evaluations the relative error is {error:.1e}, above {tolerance:.1e}"),
-        "make the function smoother, or split the shape into parts of a compound along its jumps",
+        "ask for a larger tolerance, make the function smoother, or split the shape into parts of a compound along \
+         its jumps",
     ))
 }
 
@@ -338,84 +208,40 @@ fn first_pass<const N: usize>(
     cells: &[Cell<N>],
 ) -> Result<Vec<Region<N>>, ShapeError> {
     let count = grid.len().pow(N as u32);
-    let parts = if cells.len() * count << N <= FINE_START { 1usize << N } else { 1 };
-    let mut regions = Vec::with_capacity(cells.len() * parts);
-    for part in 0..cells.len() * parts {
-        let (cell, corner) = (part / parts, part % parts);
-        let low = std::array::from_fn(|i| if corner >> i & 1 == 1 { 0.5 } else { 0.0 });
-        let high = low.map(|x| if parts > 1 { x + 0.5 } else { 1.0 });
-        let (points, jacobians): (Vec<_>, Vec<_>) = (0..count)
-            .map(|index| {
-                let at = digits::<N>(index, grid.len());
-                cells[cell](std::array::from_fn(|i| low[i] + (high[i] - low[i]) * grid.nodes[at[i]]))
+    let parts = if (cells.len() * count) << N <= FINE_START { 1usize << N } else { 1 };
+    let boxes: Vec<(usize, [f64; N], [f64; N])> = (0..cells.len() * parts)
+        .map(|part| {
+            let corner = part % parts;
+            let low = std::array::from_fn(|i| if corner >> i & 1 == 1 { 0.5 } else { 0.0 });
+            (part / parts, low, low.map(|x| if parts > 1 { x + 0.5 } else { 1.0 }))
+        })
+        .collect();
+    let mut regions = Vec::with_capacity(boxes.len());
+    // many boxes at once, so that the density is asked seldom
+    for group in boxes.chunks((CHUNK / count).max(1)) {
+        let (points, jacobians): (Vec<_>, Vec<_>) = group
+            .iter()
+            .flat_map(|(cell, low, high)| {
+                (0..count).map(move |index| {
+                    let at = digits::<N>(index, grid.len());
+                    cells[*cell](std::array::from_fn(|i| low[i] + (high[i] - low[i]) * grid.nodes[at[i]]))
+                })
             })
             .unzip();
         let densities = sampler.sample(&points)?;
-        let values: Vec<Moments<N>> = (0..count)
-            .map(|k| {
+        for (k, &(cell, low, high)) in group.iter().enumerate() {
+            let value = |j: usize| {
                 let mut value = Moments::zero(sampler.origin());
-                value.add_point(jacobians[k] * densities[k], points[k]);
+                value.add_point(jacobians[j] * densities[j], points[j]);
                 value
-            })
-            .collect();
-        let axes: Vec<usize> = (0..N).collect();
-        let sum = tensor_sum(grid, &values, (low, high), &axes);
-        let (lines, jumps, across, along) = (None, Vec::new(), sum.errors(), Errors::default());
-        regions.push(Region { cell, low, high, lines, jumps, sum, across, along });
-    }
-    Ok(regions)
-}
-
-/// Digits of an index to a base: which node on every axis.
-fn digits<const N: usize>(index: usize, base: usize) -> [usize; N] {
-    let mut rest = index;
-    std::array::from_fn(|_| {
-        let digit = rest % base;
-        rest /= base;
-        digit
-    })
-}
-
-impl<const N: usize> TensorSum<N> {
-    /// What all axes contribute.
-    fn errors(&self) -> Errors {
-        let mut errors = Errors::default();
-        self.by_axis.iter().for_each(|own| errors.add(1.0, own));
-        errors
-    }
-}
-
-/// Integral over some axes of a box from values on the grid. An axis's error is the integral over the other axes
-/// of the size of its rules' difference, so that errors of neighbouring lines do not cancel.
-fn tensor_sum<const N: usize>(
-    grid: &Rule,
-    values: &[Moments<N>],
-    (low, high): ([f64; N], [f64; N]),
-    axes: &[usize],
-) -> TensorSum<N> {
-    let base = grid.len();
-    let volume: f64 = axes.iter().map(|&i| high[i] - low[i]).product();
-    let weight = |index: usize, skip: usize| -> f64 {
-        let at = digits::<N>(index, base);
-        volume * (0..axes.len()).filter(|&d| d != skip).map(|d| grid.fine[at[d]]).product::<f64>()
-    };
-    let mut integral = Moments::zero(values[0].origin);
-    for (index, value) in values.iter().enumerate() {
-        integral.add_scaled(weight(index, usize::MAX), value);
-    }
-    let (mut difference, mut by_axis) = (Moments::zero(integral.origin), [Errors::default(); N]);
-    for (d, &axis) in axes.iter().enumerate() {
-        let stride = base.pow(d as u32);
-        for start in (0..values.len()).filter(|index| index / stride % base == 0) {
-            let mut own = Moments::zero(integral.origin);
-            for j in 0..base {
-                own.add_scaled(grid.difference[j], &values[start + j * stride]);
-            }
-            difference.add_scaled(weight(start, d), &own);
-            by_axis[axis].add(weight(start, d), &Errors::of(&own, SAFETY));
+            };
+            let values: Vec<Moments<N>> = (k * count..(k + 1) * count).map(value).collect();
+            let sum = tensor_sum(grid, &values, (low, high), &std::array::from_fn::<_, N, _>(|i| i));
+            let (across, along) = (sum.errors(), Errors::default());
+            regions.push(Region { cell, low, high, lines: None, jumps: Vec::new(), sum, across, along });
         }
     }
-    TensorSum { integral, difference, by_axis }
+    Ok(regions)
 }
 
 /// Picks the regions with the largest errors and says what replaces them: after the first pass lines along the
@@ -495,10 +321,10 @@ fn doubt_halves<const N: usize>(tasks: &[Task<N>], regions: &[Region<N>], refine
     }
 }
 
-/// Jumps of a region's lines around a place, ascending.
-fn nearby_jumps<const N: usize>(grid: &Rule, region: &Region<N>, at: &[f64; N]) -> Vec<f64> {
+/// Of a region's lines around a place, the jumps of the one that has most.
+fn nearby_jumps<'a, const N: usize>(grid: &Rule, region: &'a Region<N>, at: &[f64; N]) -> &'a [f64] {
     let Some(axis) = region.lines else {
-        return Vec::new();
+        return &[];
     };
     let mut around = vec![0];
     for (d, i) in (0..N).filter(|&i| i != axis).enumerate() {
@@ -507,9 +333,8 @@ fn nearby_jumps<const N: usize>(grid: &Rule, region: &Region<N>, at: &[f64; N]) 
         let stride = grid.len().pow(d as u32);
         around = around.iter().flat_map(|&k| [k + (after - 1) * stride, k + after * stride]).collect();
     }
-    let mut jumps: Vec<f64> = around.into_iter().flat_map(|k| region.jumps[k].iter().copied()).collect();
-    jumps.sort_by(f64::total_cmp);
-    jumps
+    let all = around.into_iter().map(|k| region.jumps[k].as_slice());
+    all.reduce(|most, own| if own.len() > most.len() { own } else { most }).unwrap_or(&[])
 }
 
 /// A region from the integrals of its lines: their errors add to those across.

@@ -6,7 +6,9 @@
 
 use crate::geometry::ShapeError;
 use crate::mass_moments::Moments;
-use crate::quadrature::{Cell, ErrorScale, Errors, Sampler};
+use crate::quadrature::Cell;
+use crate::quadrature_density::Sampler;
+use crate::quadrature_error::{ErrorScale, Errors};
 use crate::quadrature_rule::{Rule, SAFETY};
 use carom_math::Tuple;
 
@@ -21,7 +23,7 @@ pub(crate) struct Line<'a, const N: usize> {
     /// From where to where on `axis`.
     pub span: [f64; 2],
     /// Where a neighbour jumps, ascending, inside the span.
-    pub hints: Vec<f64>,
+    pub hints: &'a [f64],
 }
 
 impl<const N: usize> Line<'_, N> {
@@ -75,7 +77,7 @@ struct Bracket {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     Open,
-    /// Narrow enough that what happens inside is below the tolerance.
+    /// So narrow that all its mass is below the tolerance.
     Pinned,
     /// The difference shrank with the bracket: a slope.
     Lost,
@@ -179,8 +181,9 @@ fn widest_step(rule: &Rule, piece: Piece, densities: &[f64]) -> Option<Bracket> 
     let steps: Vec<f64> = densities.windows(2).map(|d| (d[1] - d[0]).abs()).collect();
     let total: f64 = steps.iter().sum();
     let widest = (0..steps.len()).max_by(|&i, &j| steps[i].total_cmp(&steps[j]).then(j.cmp(&i)))?;
-    // a smooth density spreads its change; up to four equal jumps still stand out
-    if total == 0.0 || steps[widest] < 0.25 * total {
+    let largest = densities.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+    // a smooth density spreads its change; up to four equal jumps still stand out; rounding is no jump
+    if steps[widest] <= 1e-9 * largest || steps[widest] < 0.25 * total {
         return None;
     }
     let at = |j: usize| (piece.from + (piece.to - piece.from) * rule.nodes[j], densities[j]);
@@ -188,7 +191,7 @@ fn widest_step(rule: &Rule, piece: Piece, densities: &[f64]) -> Option<Bracket> 
     Some(Bracket { piece, low, high, step: steps[widest], state: State::Open })
 }
 
-/// Halves all brackets together, keeping the half with the larger step, until the masses in doubt are below the
+/// Halves all brackets together, keeping the half with the larger step, until their masses are below the
 /// tolerance.
 fn pin<const N: usize>(
     sampler: &mut Sampler<'_, N>,
@@ -213,11 +216,11 @@ fn pin<const N: usize>(
                 b.low = sample;
             }
             let step = (b.high.1 - b.low.1).abs();
-            let mut doubt = Moments::zero(sampler.origin());
-            doubt.add_point(step * jacobians[k] * (b.high.0 - b.low.0), points[k]);
+            let mut inside = Moments::zero(sampler.origin());
+            inside.add_point(b.high.1.abs().max(b.low.1.abs()) * jacobians[k] * (b.high.0 - b.low.0), points[k]);
             if step < 0.3 * b.step {
                 b.state = State::Lost;
-            } else if scale.relative(&Errors::of(&doubt, 1.0)) <= tolerance {
+            } else if scale.relative(&Errors::of(&inside, 1.0)) <= tolerance {
                 b.state = State::Pinned;
             }
         }

@@ -185,9 +185,15 @@ impl<'a> Pair<'a> {
         let face = best;
         let mut crossed = best;
         self.each_crossing(a, b, face.as_ref(), &mut |normal, label, on_a, on_b| {
-            let gap = self.along(normal).gap;
-            if crossed.is_none_or(|t| gap > t.gap + EDGE_BIAS * self.scale) {
-                crossed = Some(Separation { normal, gap, on_a, on_b, label });
+            // s(n) is at most the distance of these edges, and equal to it when they are the ones that meet:
+            // parallel edges elsewhere have the same direction and points that are not there
+            let distance = normal.dot(on_a - on_b);
+            let beats = |gap: f64| crossed.is_none_or(|t| gap > t.gap + EDGE_BIAS * self.scale);
+            if beats(distance) {
+                let gap = self.along(normal).gap;
+                if beats(gap) && distance <= gap + EDGE_BIAS * self.scale {
+                    crossed = Some(Separation { normal, gap, on_a, on_b, label });
+                }
             }
         });
         crossed

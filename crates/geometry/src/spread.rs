@@ -7,6 +7,9 @@ use carom_math::{Column, Space};
 /// rounding does not reshuffle a resting patch.
 const CLEARLY: f64 = 1e-6;
 
+/// Depths that differ by less than this fraction of the patch's width are equal \[1\].
+const ROUNDING: f64 = 1e-13;
+
 /// Indices, ascending, of at most `limit` (2 | 4) of the points (place, gap) of one patch with this normal.
 pub fn spread<S: Space>(points: &[(S::Vector, f64)], normal: S::Vector, limit: usize) -> Vec<usize> {
     if points.len() <= 2 {
@@ -36,7 +39,7 @@ pub fn spread<S: Space>(points: &[(S::Vector, f64)], normal: S::Vector, limit: u
         let off_line = |i: usize| out(i) - along * along.dot(out(i));
         let (side, clear) = best(&|i| off_line(i).norm() - height(i));
         if clear <= CLEARLY * width {
-            return sorted(kept); // all on one line
+            return with_deepest(points, kept, width); // all on one line
         }
         let across = off_line(side).normalized().unwrap_or(S::tangent(normal, S::SLIP - 1));
         let corners = [S::Vector::ZERO, out(far), out(side)];
@@ -47,10 +50,21 @@ pub fn spread<S: Space>(points: &[(S::Vector, f64)], normal: S::Vector, limit: u
             kept.push(last.0);
         }
     }
-    sorted(kept)
+    with_deepest(points, kept, width)
 }
 
-fn sorted(mut kept: Vec<usize>) -> Vec<usize> {
+/// The choice in ascending order, its nearest point replaced by the very deepest one where that was passed over.
+fn with_deepest<V: Column>(points: &[(V, f64)], mut kept: Vec<usize>, width: f64) -> Vec<usize> {
+    let lowest = |indices: &mut dyn Iterator<Item = usize>| {
+        indices.reduce(|a, b| if points[b].1 < points[a].1 { b } else { a }).unwrap_or(0)
+    };
+    let deepest = lowest(&mut (0..points.len()));
+    if points[deepest].1 < points[lowest(&mut kept.iter().copied())].1 - ROUNDING * width {
+        let distance = |i: usize| (points[i].0 - points[deepest].0).norm_squared();
+        if let Some(nearest) = kept.iter_mut().reduce(|a, b| if distance(*b) < distance(*a) { b } else { a }) {
+            *nearest = deepest;
+        }
+    }
     kept.sort_unstable();
     kept.dedup();
     kept

@@ -32,9 +32,11 @@ fn scratch3() {
       ("ball", Box::new(|p| if (p-vec3(0.1,0.05,-0.1)).norm()<0.2 {4900.} else {900.})),
       ("abs", Box::new(|p| (p[0]+0.3*p[1]-0.1*p[2]-0.1).abs())),
       ("exp", Box::new(|p| (1.3*p[0]-p[1]+0.5*p[2]).exp())),
+      ("alone", Box::new(|p| if (p-vec3(0.1,0.05,-0.1)).norm()<0.2 {1.} else {0.})),
+      ("gauss", Box::new(|p| (-(p-vec3(0.1,0.05,-0.1)).norm_squared()*50.).exp())),
       ("layers", Box::new(|p| 1.0+((p[0]+p[1]*0.7-p[2]*0.3)*10.0).floor().rem_euclid(2.0))),
     ];
-    for s in spatial_shapes() { for (name,f) in &fs { for tol in [1e-4,1e-5, 1e-8] {
+    for s in spatial_shapes() { for (name,f) in &fs { for tol in [1e-3,1e-4, 1e-7] {
         let mut n = 0; let mut calls=0; let t = Instant::now();
         let q = mass_spatial::mass_properties_of(&s, &mut |p| { n += p.len(); calls+=1; p.iter().map(|&p| f(p)).collect() }, tol);
         match q { Ok(q) => println!("{:.10} {name} tol {tol:.0e} n={n} calls={calls} t={:?} err={:.1e} mass {:.10}", format!("{s:?}"), t.elapsed(), q.error, q.mass ), e => println!("{:.10} {name} {e:?}", format!("{s:?}")) }

@@ -35,7 +35,8 @@ pub struct BodyArguments {
 /// # Errors
 /// `BuildError` when it is none of this space.
 pub fn shape<S: Geometry>(py: Python<'_>, text: &str) -> PyResult<S::Shape> {
-    let refused = |e: serde_json::Error| errors::argument(py, "shape", &e.to_string(), "see the shape's own fields");
+    let refused =
+        |e: serde_json::Error| errors::argument(py, "shape", &e.to_string(), "see the shape's own fields");
     serde_json::from_str(text).map_err(refused)
 }
 
@@ -69,7 +70,6 @@ impl BodyArguments {
             angular_damping: self.angular_damping,
             groups: self.groups,
             collides_with: self.collides_with,
-            ..BodySpec::particle(None, 1.0)
         })
     }
 

@@ -13,7 +13,12 @@ use pyo3::types::PyDict;
 ///
 /// # Errors
 /// `BuildError`, `ViewError`, `BusyError`.
-pub fn add<S: Geometry>(core: &Core<S>, py: Python<'_>, name: &str, arguments: &BodyArguments) -> PyResult<()> {
+pub fn add<S: Geometry>(
+    core: &Core<S>,
+    py: Python<'_>,
+    name: &str,
+    arguments: &BodyArguments,
+) -> PyResult<()> {
     let spec = arguments.spec::<S>(py)?;
     let mut loan = core.loan_to_restructure(py, &format!("cannot add body '{name}'"))?;
     let added = loan.world.add(name, spec);
@@ -73,7 +78,11 @@ pub fn index<S: Geometry>(core: &Core<S>, py: Python<'_>, name: &str) -> PyResul
 ///
 /// # Errors
 /// `BuildError` for an unknown name, `BusyError`.
-pub fn constants<'py, S: Geometry>(core: &Core<S>, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
+pub fn constants<'py, S: Geometry>(
+    core: &Core<S>,
+    py: Python<'py>,
+    name: &str,
+) -> PyResult<Bound<'py, PyDict>> {
     let (loan, i) = find(core, py, name)?;
     let data = loan.world.bodies().data[i].clone();
     drop(loan);
@@ -117,7 +126,13 @@ pub fn read<'py, S: Geometry>(
 ///
 /// # Errors
 /// `BuildError` for an unknown name, `BusyError`, `ValueError` for a wrong count.
-pub fn write<S: Geometry>(core: &Core<S>, py: Python<'_>, name: &str, which: usize, values: &[f64]) -> PyResult<()> {
+pub fn write<S: Geometry>(
+    core: &Core<S>,
+    py: Python<'_>,
+    name: &str,
+    which: usize,
+    values: &[f64],
+) -> PyResult<()> {
     let (mut loan, i) = find(core, py, name)?;
     let motion = loan.world.motion_mut();
     match which {

@@ -6,7 +6,7 @@ use crate::body::{self, AtPoint, Carried};
 use crate::chunk;
 use crate::core::Core;
 use crate::errors;
-use crate::pieces::{self, Collided, PlainContacts, PlainPose, PlainSide};
+use crate::pieces::{self, Collided, PlainContacts, PlainHits, PlainNearest, PlainPose, PlainSide};
 use crate::problem::{PlainCsr, PlainResidual, Problem};
 use crate::records::{self, Field};
 use crate::settings;
@@ -77,7 +77,12 @@ macro_rules! stamp {
             fn constants<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
                 body::constants(&self.core, py, name)
             }
-            fn read<'py>(&self, py: Python<'py>, name: &str, which: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
+            fn read<'py>(
+                &self,
+                py: Python<'py>,
+                name: &str,
+                which: usize,
+            ) -> PyResult<Bound<'py, PyArray1<f64>>> {
                 body::read(&self.core, py, name, which)
             }
             fn write(&self, py: Python<'_>, name: &str, which: usize, values: Vec<f64>) -> PyResult<()> {
@@ -86,7 +91,13 @@ macro_rules! stamp {
             fn carried(&self, py: Python<'_>, name: &str) -> PyResult<Carried> {
                 body::carried(&self.core, py, name)
             }
-            fn set_momenta(&self, py: Python<'_>, name: &str, linear: Vec<f64>, angular: Vec<f64>) -> PyResult<()> {
+            fn set_momenta(
+                &self,
+                py: Python<'_>,
+                name: &str,
+                linear: Vec<f64>,
+                angular: Vec<f64>,
+            ) -> PyResult<()> {
                 body::set_momenta(&self.core, py, name, &linear, &angular)
             }
             fn inertia_about(
@@ -231,7 +242,12 @@ macro_rules! stamp {
             fn vector<'py>(&self, py: Python<'py>, which: &str) -> Bound<'py, PyArray1<f64>> {
                 self.inner.vector(py, which)
             }
-            fn residual(&self, py: Python<'_>, impulse: Vec<f64>, law: Option<&str>) -> PyResult<PlainResidual> {
+            fn residual(
+                &self,
+                py: Python<'_>,
+                impulse: Vec<f64>,
+                law: Option<&str>,
+            ) -> PyResult<PlainResidual> {
                 self.inner.residual(py, &impulse, law)
             }
             fn solve<'py>(
@@ -279,7 +295,6 @@ macro_rules! stamp {
                 pieces::contacts::<$space>(py, (shape_a, &pose_a), (shape_b, &pose_b), margin)
             }
             #[staticmethod]
-            #[allow(clippy::type_complexity)]
             fn closest(
                 py: Python<'_>,
                 shape_a: &str,
@@ -287,7 +302,7 @@ macro_rules! stamp {
                 shape_b: &str,
                 pose_b: PlainPose,
                 reach: f64,
-            ) -> PyResult<Option<(Vec<f64>, Vec<f64>, Vec<f64>, f64)>> {
+            ) -> PyResult<Option<PlainNearest>> {
                 pieces::closest::<$space>(py, (shape_a, &pose_a), (shape_b, &pose_b), reach)
             }
             #[staticmethod]
@@ -298,7 +313,7 @@ macro_rules! stamp {
                 origins: PyReadonlyArray1<'py, f64>,
                 directions: PyReadonlyArray1<'py, f64>,
                 reach: f64,
-            ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+            ) -> PyResult<PlainHits<'py>> {
                 pieces::raycast::<$space>(py, (shape, &pose), &origins, &directions, reach)
             }
             #[staticmethod]

@@ -80,7 +80,11 @@ impl<S: Geometry> Drop for Loan<'_, S> {
 impl<S: Geometry> Core<S> {
     /// Shares a world.
     pub fn new(world: World<S>) -> Self {
-        Core { held: Mutex::new(Some(Held::new(world))), views: LiveViews::default(), fields: Fields::default() }
+        Core {
+            held: Mutex::new(Some(Held::new(world))),
+            views: LiveViews::default(),
+            fields: Fields::default(),
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<Box<Held<S>>>> {
@@ -127,7 +131,11 @@ impl<S: Geometry> Core<S> {
     ///
     /// # Errors
     /// As `loan`.
-    pub fn advance<R: Send>(&self, py: Python<'_>, job: impl FnOnce(&mut World<S>) -> R + Send) -> PyResult<R> {
+    pub fn advance<R: Send>(
+        &self,
+        py: Python<'_>,
+        job: impl FnOnce(&mut World<S>) -> R + Send,
+    ) -> PyResult<R> {
         let mut loan = self.loan(py)?;
         let held: &mut Held<S> = &mut loan;
         let is_viewed = self.views.any();

@@ -15,9 +15,14 @@ struct Parts<'a> {
     remedy: Option<&'a str>,
 }
 
-/// Python's spelling of what is no number.
+/// Python's words: what is no number, what never moves.
 fn spelled(text: &str) -> String {
-    text.replace("NaN", "nan")
+    text.replace("NaN", "nan").replace("a fixed body", "a static body")
+}
+
+/// A deserialiser's words without the place in a text that users never see.
+pub fn placeless(problem: &str) -> String {
+    problem.split(" at line ").next().unwrap_or(problem).to_string()
 }
 
 fn raise(py: Python<'_>, class: &str, parts: Parts<'_>) -> PyErr {
@@ -42,14 +47,15 @@ pub fn build(py: Python<'_>, e: &BuildError) -> PyErr {
 
 /// A refused shape that belongs to no body yet.
 pub fn shape(py: Python<'_>, e: ShapeError) -> PyErr {
-    let field = format!("shape.{}", e.field);
+    let field = carom::error::shape_field(&e.field);
     build(py, &BuildError { body: None, field, problem: e.problem, remedy: e.remedy })
 }
 
 /// A refused contact problem.
 pub fn problem(py: Python<'_>, e: &ProblemError) -> PyErr {
     let (field, remedy) = (Some(e.place.as_str()), Some(e.remedy.as_str()));
-    raise(py, "BuildError", Parts { message: e.to_string(), body: None, field, value: None, remedy })
+    let message = ProblemError { problem: placeless(&e.problem), ..e.clone() }.to_string();
+    raise(py, "BuildError", Parts { message, body: None, field, value: None, remedy })
 }
 
 /// A refused argument.
@@ -63,10 +69,22 @@ pub fn step(py: Python<'_>, e: &StepError) -> PyErr {
     let mut class = "StepError";
     match e {
         StepError::NotFinite { body, field, value, remedy, .. } => {
-            parts = Parts { body: Some(body), field: Some(field), value: Some(value), remedy: Some(remedy), ..parts };
+            parts = Parts {
+                body: Some(body),
+                field: Some(field),
+                value: Some(value),
+                remedy: Some(remedy),
+                ..parts
+            };
         }
         StepError::FixedMoves { body, field, value, remedy, .. } => {
-            parts = Parts { body: Some(body), field: Some(field), value: Some(value), remedy: Some(remedy), ..parts };
+            parts = Parts {
+                body: Some(body),
+                field: Some(field),
+                value: Some(value),
+                remedy: Some(remedy),
+                ..parts
+            };
         }
         StepError::Argument { field, remedy, .. } => {
             parts = Parts { field: Some(field), remedy: Some(remedy), ..parts };
@@ -89,7 +107,8 @@ pub fn step(py: Python<'_>, e: &StepError) -> PyErr {
 
 /// Another call is using the world.
 pub fn busy(py: Python<'_>) -> PyErr {
-    let remedy = "wait until the other thread's step or run has returned; inside a force field use its arguments";
+    let remedy =
+        "wait until the other thread's step or run has returned; inside a force field use its arguments";
     let message = format!("world is busy with a step; {remedy}");
     raise(py, "BusyError", Parts { message, body: None, field: None, value: None, remedy: Some(remedy) })
 }
@@ -106,5 +125,9 @@ pub fn views_alive(py: Python<'_>, what: &str, names: &[&str]) -> PyErr {
     let list = names.join(", ");
     let remedy = "drop them with del, or keep copies made with .copy()";
     let message = format!("{what}: arrays of the world are still in use ({list}); {remedy}");
-    raise(py, "ViewError", Parts { message, body: None, field: Some(&list), value: None, remedy: Some(remedy) })
+    raise(
+        py,
+        "ViewError",
+        Parts { message, body: None, field: Some(&list), value: None, remedy: Some(remedy) },
+    )
 }

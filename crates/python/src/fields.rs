@@ -85,7 +85,8 @@ impl Fields {
     /// The first name that no function has.
     pub fn attach_to<S: Geometry>(&self, world: &mut World<S>, names: &[String]) -> Result<(), String> {
         let mut slots = lock(&self.0);
-        let found = names.iter().map(|n| slots.iter().find(|s| s.name == *n).cloned().ok_or_else(|| n.clone()));
+        let found =
+            names.iter().map(|n| slots.iter().find(|s| s.name == *n).cloned().ok_or_else(|| n.clone()));
         let found: Vec<Arc<Slot>> = found.collect::<Result<_, _>>()?;
         for slot in &found {
             world.set_force_field(&slot.name, Box::new(PythonField(slot.clone())));

@@ -41,7 +41,9 @@ fn build_scene<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> 
     }
     match carom_scenes::spatial(name) {
         Some(built) => SpatialWorld::of(built.map_err(|e| errors::build(py, &e))?).into_bound_py_any(py),
-        None => Err(errors::argument(py, "scene", &format!("is unknown: '{name}'"), "`carom scenes` lists them")),
+        None => {
+            Err(errors::argument(py, "scene", &format!("is unknown: '{name}'"), "`carom scenes` lists them"))
+        }
     }
 }
 

@@ -86,6 +86,9 @@ pub fn contacts<'py, S: Geometry>(
     ))
 }
 
+/// Point on a, point on b, normal, gap.
+pub type PlainNearest = (Vec<f64>, Vec<f64>, Vec<f64>, f64);
+
 /// Closest points on a and b, normal from b to a, gap \[m\]; `None` beyond `reach` \[m\].
 ///
 /// # Errors
@@ -95,12 +98,15 @@ pub fn closest<S: Geometry>(
     a: (&str, &PlainPose),
     b: (&str, &PlainPose),
     reach: f64,
-) -> PyResult<Option<(Vec<f64>, Vec<f64>, Vec<f64>, f64)>> {
+) -> PyResult<Option<PlainNearest>> {
     let (shape_a, shape_b) = (collider::<S>(py, a.0)?, collider::<S>(py, b.0)?);
     let list = |v: S::Vector| v.as_slice().to_vec();
     let found = S::closest(&shape_a, &pose(a.1)?, &shape_b, &pose(b.1)?, reach);
     Ok(found.map(|c| (list(c.point_a), list(c.point_b), list(c.normal), c.gap)))
 }
+
+/// Distances and normals of hits.
+pub type PlainHits<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
 /// First hits of rays with a posed shape: distances \[m\] (infinite without a hit) and normals (zero then). Origins and
 /// directions are flat; directions have length 1.
@@ -113,7 +119,7 @@ pub fn raycast<'py, S: Geometry>(
     origins: &PyReadonlyArray1<'py, f64>,
     directions: &PyReadonlyArray1<'py, f64>,
     reach: f64,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<PlainHits<'py>> {
     let (ready, at) = (collider::<S>(py, shape.0)?, pose::<S>(shape.1)?);
     let (origins, directions) = (origins.as_array().to_vec(), directions.as_array().to_vec());
     let (distances, normals) = py.detach(|| {
@@ -192,10 +198,16 @@ pub type Collided = ((Vec<f64>, Vec<f64>), (Vec<f64>, Vec<f64>), f64);
 ///
 /// # Errors
 /// `ValueError` for a wrong count.
-pub fn collide<S: Geometry>(a: &PlainSide, b: &PlainSide, normal: &[f64], restitution: f64) -> PyResult<Collided> {
+pub fn collide<S: Geometry>(
+    a: &PlainSide,
+    b: &PlainSide,
+    normal: &[f64],
+    restitution: f64,
+) -> PyResult<Collided> {
     let (a, b) = (side::<S>(a)?, side::<S>(b)?);
     let sides = ((&a.twist, &a.mass, a.arm), (&b.twist, &b.mass, b.arm));
-    let (after_a, after_b, gamma) = collision::collide(sides.0, sides.1, arrays::column(normal)?, restitution);
+    let (after_a, after_b, gamma) =
+        collision::collide(sides.0, sides.1, arrays::column(normal)?, restitution);
     let plain = |t: Twist<S>| (t.linear.as_slice().to_vec(), t.angular.as_slice().to_vec());
     Ok((plain(after_a), plain(after_b), gamma))
 }

@@ -76,12 +76,20 @@ struct Push<V> {
 /// after the step's impulses.
 pub fn append_contacts<S: Geometry>(world: &World<S>, out: &mut Records) -> usize {
     let touches = world.touches();
-    let nothing =
-        Push { normal: 0.0, friction: S::Vector::ZERO, friction_size: 0.0, limit: 0.0, slip: None, strikes: false };
+    let nothing = Push {
+        normal: 0.0,
+        friction: S::Vector::ZERO,
+        friction_size: 0.0,
+        limit: 0.0,
+        slip: None,
+        strikes: false,
+    };
     let mut pushes = vec![nothing; touches.len()];
     let now = world.bodies();
     let velocities: Vec<_> = (0..now.len()).map(|i| now.motion.twist(i)).collect();
-    for (is_impact, (problem, impulses, indices)) in [(true, world.last_impacts()), (false, world.last_problem())] {
+    for (is_impact, (problem, impulses, indices)) in
+        [(true, world.last_impacts()), (false, world.last_problem())]
+    {
         for ((&k, contact), impulse) in indices.iter().zip(&problem.contacts).zip(&impulses.contacts) {
             let push = &mut pushes[k];
             let tangential = contact.to_world(impulse) - contact.normal * impulse.normal;
@@ -152,7 +160,8 @@ pub const STOPS: [&str; 2] = ["converged", "out_of_iterations"];
 
 /// The code of a step: 0 when every solve reached its tolerance. A refused solve makes no report.
 pub fn stop_code<S: Space>(report: &StepReport<S>) -> u8 {
-    let out = report.contact_solve.iter().chain(&report.impact_solve).any(|s| s.stop == Stop::OutOfIterations);
+    let out =
+        report.contact_solve.iter().chain(&report.impact_solve).any(|s| s.stop == Stop::OutOfIterations);
     u8::from(out)
 }
 
@@ -163,7 +172,13 @@ pub fn impact_residual<S: Space>(report: &StepReport<S>) -> f64 {
 
 /// Appends a step.
 pub fn append_step<S: Space>(report: &StepReport<S>, out: &mut Records) {
-    out.all(&[report.time, report.dt, report.residual(), report.relative_residual(), impact_residual(report)]);
+    out.all(&[
+        report.time,
+        report.dt,
+        report.residual(),
+        report.relative_residual(),
+        impact_residual(report),
+    ]);
     out.pair(report.worst());
     out.pair(report.deepest.map(|(_, a, b)| (a, b)));
     out.i4(report.iterations());

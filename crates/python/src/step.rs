@@ -5,7 +5,7 @@ use crate::core::Core;
 use crate::errors;
 use crate::problem::Problem;
 use crate::records::{self, Records};
-use carom::{Column, Geometry, Phase, StepReport, World};
+use carom::{BuildError, Column, Geometry, Phase, StepReport, World};
 use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
@@ -25,7 +25,11 @@ fn names<S: Geometry>(world: &World<S>, pair: Option<(usize, usize)>) -> Pair {
 ///
 /// # Errors
 /// `StepError`, what a force field raised, `BusyError`.
-pub fn step<'py, S: Geometry>(core: &Core<S>, py: Python<'py>, dt: Option<f64>) -> PyResult<Bound<'py, PyTuple>> {
+pub fn step<'py, S: Geometry>(
+    core: &Core<S>,
+    py: Python<'py>,
+    dt: Option<f64>,
+) -> PyResult<Bound<'py, PyTuple>> {
     let taken = core.advance(py, |world| {
         let report = world.step(dt.unwrap_or(world.settings().dt))?;
         let worst = names(world, report.worst());
@@ -98,7 +102,12 @@ pub fn momenta<S: Geometry>(core: &Core<S>, py: Python<'_>) -> PyResult<(Vec<f64
 ///
 /// # Errors
 /// As `step`.
-pub fn problem<S: Geometry>(core: &Core<S>, py: Python<'_>, dt: Option<f64>, phase: &str) -> PyResult<Problem<S>> {
+pub fn problem<S: Geometry>(
+    core: &Core<S>,
+    py: Python<'_>,
+    dt: Option<f64>,
+    phase: &str,
+) -> PyResult<Problem<S>> {
     let phase = match phase {
         "contact" => Phase::Contact,
         "impact" => Phase::Impact,
@@ -126,7 +135,7 @@ pub fn snapshot<S: Geometry>(core: &Core<S>, py: Python<'_>) -> PyResult<String>
             && m.angular_velocity[i].is_finite();
         if !finite {
             let (field, problem) = ("motion", "is not finite, so no snapshot could be restored");
-            let error = carom::BuildError::body(&bodies.names[i], field, problem, "set it to finite numbers");
+            let error = BuildError::body(&bodies.names[i], field, problem, "set it to finite numbers");
             return Err(errors::build(py, &error));
         }
     }
@@ -141,7 +150,9 @@ pub fn snapshot<S: Geometry>(core: &Core<S>, py: Python<'_>) -> PyResult<String>
 pub fn restore<S: Geometry>(core: &Core<S>, py: Python<'_>, text: &str) -> PyResult<()> {
     let what = "cannot restore a snapshot";
     core.views.refuse_if_alive(py, what)?;
-    let (mut world, names) = World::from_snapshot(text).map_err(|e| errors::build(py, &e))?;
+    let refused =
+        |e: BuildError| errors::build(py, &BuildError { problem: errors::placeless(&e.problem), ..e });
+    let (mut world, names) = World::from_snapshot(text).map_err(refused)?;
     core.fields.attach_to(&mut world, &names).map_err(|name| {
         let problem = format!("needs the force field '{name}', which this world has not");
         errors::argument(py, "snapshot", &problem, &format!("call add_force('{name}', ...) before restore"))

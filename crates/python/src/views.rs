@@ -4,8 +4,8 @@
 use crate::core::Core;
 use crate::errors;
 use carom::{Column, Geometry, Rotation};
-use numpy::ndarray::ArrayView2;
 use numpy::PyArray2;
+use numpy::ndarray::ArrayView2;
 use pyo3::prelude::*;
 use std::sync::Arc;
 

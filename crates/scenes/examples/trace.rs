@@ -12,10 +12,11 @@ fn main() {
     w.set_settings(s).unwrap();
     println!("{:?} {:?}", w.bodies().data[a].shape, w.bodies().data[b].shape);
     while w.time() < t1 {
+        let pa = w.bodies().shape_pose(a); let pb = w.bodies().shape_pose(b);
         let r = w.step(dt).unwrap();
         if w.time() < t0 { continue; }
         let (p, g, pressed) = w.last_problem();
-        println!("t {:.4} res {:.1e} {:?} v {:?} w {:?}", w.time(), r.residual(), r.worst(), w.bodies().motion.velocity[b].0.map(|x| (x * 1e4).round() / 1e4), w.bodies().motion.angular_velocity[b].0.map(|x| (x * 1e4).round() / 1e4));
+        println!("   {pa:?} {pb:?}"); println!("t {:.4} res {:.1e} {:?} v {:?} w {:?}", w.time(), r.residual(), r.worst(), w.bodies().motion.velocity[b].0.map(|x| (x * 1e4).round() / 1e4), w.bodies().motion.angular_velocity[b].0.map(|x| (x * 1e4).round() / 1e4));
         for (k, t) in w.touches().iter().enumerate().filter(|(_, t)| (t.a == a && t.b == b) || (t.a == b && t.b == a)) {
             let c = pressed.iter().position(|&x| x == k);
             println!("     gap {:+.5} n {:?} p {:?} target {:?} imp {:?} id {:x}", t.gap, t.normal.0.map(|x| (x * 1e3).round() / 1e3), t.point.0.map(|x| (x * 1e4).round() / 1e4), c.map(|c| p.contacts[c].target), c.map(|c| g.contacts[c].normal), t.id & 0xffff);

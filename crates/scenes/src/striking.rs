@@ -61,7 +61,7 @@ fn rack() -> Vec<(String, Vec2)> {
 /// # Errors
 /// None is known; those of building a world.
 pub fn billiard_break_planar() -> Result<World2, BuildError> {
-    let mut world = World2::new(weightless::<Planar>(1.0 / 480.0))?;
+    let mut world = World2::new(weightless::<Planar>(1.0 / 1000.0))?;
     for (name, x, y) in [("left", 1.0, 0.0), ("right", -1.0, 0.0), ("near", 0.0, 1.0), ("far", 0.0, -1.0)] {
         let wall =
             BodySpec::fixed(PlanarShape::HalfPlane { normal: vec2(x, y) }).friction(0.15).restitution(0.8);
@@ -80,7 +80,7 @@ pub fn billiard_break_planar() -> Result<World2, BuildError> {
 /// # Errors
 /// None is known; those of building a world.
 pub fn billiard_break_spatial() -> Result<World3, BuildError> {
-    let mut world = World3::new(settings::<Spatial>(1.0 / 480.0))?;
+    let mut world = World3::new(settings::<Spatial>(1.0 / 1000.0))?;
     let bed = SpatialShape::Box { size: [FIELD[0] + 0.4, FIELD[1] + 0.4, 0.1] };
     world.add("bed", BodySpec::fixed(bed).at(vec3(0.0, 0.0, -0.05)).friction(0.2))?;
     for (name, x, y) in [("left", -1.0, 0.0), ("right", 1.0, 0.0), ("near", 0.0, -1.0), ("far", 0.0, 1.0)] {

@@ -120,14 +120,16 @@ pub fn delassus_of<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>
             }
         }
     }
-    let entries = rows.iter().map(|r| {
+    let entries = rows.iter().enumerate().map(|(i, r)| {
         let mut near: Vec<usize> = Vec::new();
         for body in [r.a, r.b] {
             near.extend_from_slice(&touching[body]);
         }
         near.sort_unstable();
         near.dedup();
-        near.into_iter().map(|j| (j, r.coupling(&rows[j]))).collect()
+        // formed in one order for both, so that A is symmetric to the last digit
+        let coupling = |j: usize| rows[i.min(j)].coupling(&rows[i.max(j)]);
+        near.into_iter().map(|j| (j, coupling(j))).collect()
     });
     Csr::from_rows(rows.len(), entries.collect::<Vec<_>>().into_iter())
 }

@@ -1,8 +1,10 @@
 //! Position correction (theory chapter 6): the notes' nudge, and split impulse. Only overlaps of contacts that
-//! do not separate are corrected; a body on its way out of an impact leaves by itself.
+//! do not separate are corrected; a body on its way out of an impact leaves by itself. Bodies keep their momenta,
+//! linear and of spin; what the displacement does to the energy is the caller's to book.
 
 use crate::assembly;
 use crate::bodies::Bodies;
+use crate::integrate::set_spin_momentum;
 use crate::narrow_phase::Touch;
 use crate::settings::{PositionCorrection, Settings};
 use carom_geometry::Geometry;
@@ -17,6 +19,15 @@ pub struct Overlap<S: Geometry> {
     pub touch: Touch<S>,
     /// Gap at the end of the step, to first order \[m\].
     pub gap: f64,
+    /// True when the bodies separate fast enough to part by themselves.
+    pub leaves: bool,
+}
+
+impl<S: Geometry> Overlap<S> {
+    /// Depth to be corrected \[m\]; 0 or less when there is none.
+    fn excess(&self, slop: f64) -> f64 {
+        -(self.gap + slop)
+    }
 }
 
 /// Memory of the correction.
@@ -43,7 +54,7 @@ impl<S: Geometry> Correction<S> {
         slop: f64,
         dt: f64,
     ) -> bool {
-        if overlaps.iter().all(|o| o.gap >= -slop) {
+        if overlaps.iter().all(|o| o.leaves || o.excess(slop) <= 0.0) {
             return false;
         }
         match settings.position_correction {
@@ -65,9 +76,13 @@ impl<S: Geometry> Correction<S> {
         assembly::begin(&mut self.problem, bodies, settings.friction_law);
         self.problem.velocities.fill(Twist::default());
         for o in overlaps {
-            let excess = o.gap + slop;
-            // an overlap closes by a fraction; a gap may close, but no further
-            let target = if excess < 0.0 { -settings.correction_fraction * excess } else { -excess } / dt;
+            let excess = o.excess(slop);
+            // an overlap closes by a fraction; a gap may close, but no further; who leaves is only not pushed back
+            let target = match (excess > 0.0, o.leaves) {
+                (true, true) => 0.0,
+                (true, false) => settings.correction_fraction * excess / dt,
+                _ => excess / dt,
+            };
             let mut c = assembly::contact(bodies, &o.touch, target, &|_| S::Vector::ZERO);
             c.friction = 0.0;
             self.problem.contacts.push(c);
@@ -79,7 +94,9 @@ impl<S: Geometry> Correction<S> {
         for (i, v) in self.problem.velocities_after(&self.impulses).iter().enumerate() {
             bodies.motion.position[i] += v.linear * dt;
             if v.angular != S::Spin::ZERO {
+                let momentum = bodies.spin_momentum(i);
                 bodies.motion.rotation[i] = bodies.motion.rotation[i].then(&S::Rotation::about(v.angular * dt));
+                set_spin_momentum(bodies, i, momentum);
             }
         }
     }
@@ -89,7 +106,7 @@ impl<S: Geometry> Correction<S> {
 /// later contacts see what earlier ones did (item 26).
 fn nudge<S: Geometry>(bodies: &mut Bodies<S>, overlaps: &[Overlap<S>], fraction: f64, slop: f64) {
     let mut moved = vec![S::Vector::ZERO; bodies.len()];
-    for o in overlaps {
+    for o in overlaps.iter().filter(|o| !o.leaves) {
         let t = &o.touch;
         let gap = o.gap + t.normal.dot(moved[t.a] - moved[t.b]);
         let excess = -(gap + slop);

@@ -26,6 +26,11 @@ fn sentence(field: &str, problem: &str) -> String {
     if goes_on { format!("{field} {problem}") } else { format!("{field}: {problem}") }
 }
 
+/// The field of a body that a field of its shape is; what belongs to no field of the shape stands for itself.
+pub fn shape_field(field: &str) -> String {
+    if ["shape", "density", "relative_tolerance"].contains(&field) { field.into() } else { format!("shape.{field}") }
+}
+
 impl BuildError {
     /// An error about a field of a body.
     pub fn body(body: &str, field: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
@@ -37,7 +42,7 @@ impl BuildError {
     }
     /// The error of a shape as one of the body that has it.
     pub fn shape(body: &str, e: ShapeError) -> Self {
-        BuildError { body: Some(body.into()), field: format!("shape.{}", e.field), problem: e.problem, remedy: e.remedy }
+        BuildError { body: Some(body.into()), field: shape_field(&e.field), problem: e.problem, remedy: e.remedy }
     }
 }
 
@@ -75,7 +80,7 @@ pub enum StepError {
         time: f64,
     },
     /// An argument of the step is impossible.
-    #[error("step: {field}: {problem}; {remedy}")]
+    #[error("step: {}; {remedy}", sentence(field, problem))]
     Argument {
         /// The argument.
         field: &'static str,

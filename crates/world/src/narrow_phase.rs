@@ -89,19 +89,24 @@ impl<S: Geometry> NarrowPhase<S> {
     }
 }
 
-/// How far a body's surface can come in a step \[m\]: its share of a pair's margin, at least 5e-4 and at most a
-/// quarter of its size, so that a contact is never felt from further away than that.
+/// How far a body's surface can come in a step \[m\], with twice its speed for what impacts at the step's start may
+/// make of it: its share of a pair's margin. At least 5e-4 and at most half of its size, so that a contact is
+/// never felt from further away than that.
 fn reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: f64) -> f64 {
     if let Some(margin) = settings.contact_margin {
         return 0.5 * margin;
     }
     let d = &bodies.data[i];
-    if d.inverse_mass == 0.0 || !d.extent.is_finite() {
-        return 0.0;
+    let linear = bodies.motion.velocity[i].norm();
+    if !d.extent.is_finite() {
+        return linear * dt; // a wall that is driven
     }
-    let m = &bodies.motion;
-    let speed = m.velocity[i].norm() + settings.gravity.norm() * dt + 0.5 * d.extent * m.angular_velocity[i].norm();
-    (speed * dt).clamp(5e-4 * d.extent, 0.25 * d.extent)
+    let speed = linear + 0.5 * d.extent * bodies.motion.angular_velocity[i].norm();
+    if !bodies.is_dynamic(i) {
+        return (speed * dt).min(0.5 * d.extent);
+    }
+    let fall = settings.gravity.norm() * dt;
+    (2.0 * (speed + fall) * dt).clamp(5e-4 * d.extent, 0.5 * d.extent)
 }
 
 /// A contact's name from its bodies' serials and its feature: a fixed mixing of bits (SplitMix64's).

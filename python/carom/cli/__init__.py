@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from carom.cli.compare import compare_command
-from carom.cli.failure import exit_code
+from carom.cli.failure import INTERRUPTED, exit_code, say
 from carom.cli.plot import plot_command
 from carom.cli.run import run_command
 from carom.cli.scenes import scenes_command, schema_command
@@ -67,6 +67,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = app(args=words, prog_name="carom", standalone_mode=False)
     except BaseException as error:
         return exit_code(error, is_debug)
+    if code == INTERRUPTED:  # what typer makes of Ctrl-C
+        say("interrupted")
     return code if isinstance(code, int) else 0
 
 

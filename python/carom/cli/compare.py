@@ -10,7 +10,7 @@ import typer
 from carom.cli.failure import say
 from carom.cli.run import SceneArgument
 from carom.cli.tables import comparison_table, plain
-from carom.compare import compare
+from carom.comparison import compare
 
 
 def compare_command(

@@ -15,8 +15,6 @@ def exit_code(error: BaseException, is_debug: bool) -> int:
     if isinstance(error, SystemExit):
         return error.code if isinstance(error.code, int) else FAILED
     if type(error).__name__ == "Exit" and hasattr(error, "exit_code"):  # typer's way to leave early
-        if error.exit_code == INTERRUPTED:  # what typer makes of Ctrl-C
-            say("interrupted")
         return int(error.exit_code)
     if is_debug:
         traceback.print_exception(error)

@@ -15,6 +15,7 @@ class Bar:
     """Draws moments of a run; use as a context. Silent when stderr is no terminal."""
 
     def __init__(self) -> None:
+        """A bar that waits for its first moment."""
         console = Console(stderr=True)
         self._progress = Progress(
             TextColumn("{task.fields[state]}"),
@@ -28,12 +29,14 @@ class Bar:
         self._task = self._progress.add_task("", total=1.0, state="starting")
 
     def __enter__(self) -> Self:
+        """Shows the bar."""
         self._progress.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
     ) -> None:
+        """Takes the bar away."""
         self._progress.stop()
 
     def __call__(self, moment: Moment) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from carom.compare import Comparison
+from carom.comparison import Comparison
 from carom.recorded import Run
 from carom.scene import Scene
 
@@ -43,8 +43,8 @@ def comparison_table(comparison: Comparison) -> None:
         table.add_row(*row)
     console = _console()
     console.print(table)
-    if comparison.reference is not None:
-        console.print(f"trajectory error: against {comparison.reference}, the smallest worst residual")
+    for note in comparison.notes():
+        console.print(note)
 
 
 def scenes_table(scenes: list[Scene]) -> None:

@@ -66,6 +66,7 @@ class Scene:
         return world
 
     def __repr__(self) -> str:
+        """Name, space, kind and duration."""
         return f"<Scene {self.name!r}, {self.space}, {self.kind}, {self.duration:g} s>"
 
 

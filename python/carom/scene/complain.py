@@ -240,8 +240,6 @@ def _meaning(location: KeyPath) -> str:
     while location and not node.get("description"):
         location = location[:-1]
         node = _node(location)
-        if location and not isinstance(location[-1], (int, str)):
-            break
     if not location:
         return ""
     clause = re.split(r"[.;:]( |$)", str(node.get("description", "")))[0]
@@ -265,7 +263,7 @@ def _branches(node: dict[str, Any]) -> list[dict[str, Any]]:
     """The node and, for unions, everything that it may be."""
     node = _resolved(node)
     found = [node]
-    for option in [*node.get("anyOf", []), *node.get("oneOf", [])]:
+    for option in [*node.get("anyOf", []), *node.get("oneOf", []), *node.get("allOf", [])]:
         found.extend(_branches(option))
     return found
 

@@ -90,6 +90,7 @@ class PlanarRotation(Strict):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The short form beside the table."""
         table = handler.resolve_ref_schema(handler(core)).copy()
         return {"anyOf": [{"type": "number", "description": "Angle, counter-clockwise [rad]."}, table]}
 
@@ -158,6 +159,7 @@ class SpatialRotation(Strict):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The short form beside the table."""
         table = handler.resolve_ref_schema(handler(core)).copy()
         listed = {
             "type": "array",

@@ -1,8 +1,8 @@
 //! Shapes and comparisons that the mass tests share.
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
-use carom_geometry::{MassProperties, PlanarPart, PlanarShape, SpatialPart, SpatialShape};
-use carom_math::{Column, Inertia, Planar, Pose, Quaternion, Rotation, Space, Spatial, Turn, Vec2, Vec3, vec1, vec2, vec3};
+use carom_geometry::{MassProperties, PlanarPart, PlanarShape, SpatialPart, SpatialShape, mass_planar, mass_spatial};
+use carom_math::{Column, Inertia, Planar, Pose, Quaternion, Rotation, Space, Spatial, Turn, Vec2, Vec3, vec2, vec3};
 
 /// Largest relative difference: of mass, of centre over the radius of gyration, of inertia over m k^2.
 pub fn difference<S: Space>(a: &MassProperties<S>, b: &MassProperties<S>) -> f64 {
@@ -123,9 +123,47 @@ pub fn spatial_shapes() -> Vec<SpatialShape> {
     ]
 }
 
-pub fn turn(angle: f64) -> Turn {
-    Turn::about(vec1(angle))
+/// Corners of a box about the origin.
+pub fn box_corners(size: [f64; 3]) -> Vec<Vec3> {
+    (0..8).map(|i| Vec3::from_fn(|k| if i >> k & 1 == 1 { 0.5 * size[k] } else { -0.5 * size[k] })).collect()
 }
 
-pub type PlanarMass = MassProperties<Planar>;
-pub type SpatialMass = MassProperties<Spatial>;
+/// Corners of a regular polygon of this side.
+pub fn regular_polygon(count: usize, side: f64) -> Vec<Vec2> {
+    let step = std::f64::consts::TAU / count as f64;
+    let radius = 0.5 * side / (0.5 * step).sin();
+    (0..count).map(|k| vec2(radius * (k as f64 * step).cos(), radius * (k as f64 * step).sin())).collect()
+}
+
+/// Points all over a sphere about `center` (a Fibonacci spiral).
+pub fn on_sphere(center: Vec3, radius: f64, count: usize) -> impl Iterator<Item = Vec3> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    (0..count).map(move |k| {
+        let z = 1.0 - (2.0 * k as f64 + 1.0) / count as f64;
+        let (s, c) = (golden * k as f64).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        center + vec3(r * c, r * s, z) * radius
+    })
+}
+
+/// A closed shape's properties at density 1.
+pub fn planar(shape: &PlanarShape) -> MassProperties<Planar> {
+    mass_planar::mass_properties(shape, 1.0).unwrap_or_else(|e| panic!("{shape:?}: {e}"))
+}
+
+/// A closed shape's properties at density 1.
+pub fn spatial(shape: &SpatialShape) -> MassProperties<Spatial> {
+    mass_spatial::mass_properties(shape, 1.0).unwrap_or_else(|e| panic!("{shape:?}: {e}"))
+}
+
+/// Properties of a density function, one point at a time.
+pub fn planar_of(shape: &PlanarShape, density: impl Fn(Vec2) -> f64, tolerance: f64) -> MassProperties<Planar> {
+    let mut density = |points: &[Vec2]| points.iter().map(|p| density(*p)).collect();
+    mass_planar::mass_properties_of(shape, &mut density, tolerance).unwrap_or_else(|e| panic!("{shape:?}: {e}"))
+}
+
+/// Properties of a density function, one point at a time.
+pub fn spatial_of(shape: &SpatialShape, density: impl Fn(Vec3) -> f64, tolerance: f64) -> MassProperties<Spatial> {
+    let mut density = |points: &[Vec3]| points.iter().map(|p| density(*p)).collect();
+    mass_spatial::mass_properties_of(shape, &mut density, tolerance).unwrap_or_else(|e| panic!("{shape:?}: {e}"))
+}

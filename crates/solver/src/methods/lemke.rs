@@ -3,6 +3,7 @@
 //! friction limit is polyhedral: in the plane, and with the box law. Dense, O(n^3): the reference for small
 //! problems.
 
+use crate::cone::project;
 use crate::delassus::{Csr, delassus_of, right_hand_side_of};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
 use crate::lcp::{LcpEnd, solve_lcp_with};
@@ -39,6 +40,14 @@ impl<S: Space> ImpulseSolver<S> for Lemke {
             residual: residual_of(problem, &prepared, impulses),
             stop: Stop::Refused(reason),
         };
+        // with friction a wedge can also hold itself; where nothing is asked for, nothing is the answer
+        let mut nothing = Impulses::zero(problem);
+        project(problem, &mut nothing);
+        let residual = residual_of(problem, &prepared, &nothing);
+        if residual.absolute == 0.0 {
+            *impulses = nothing;
+            return Outcome::judged(0, residual, settings.tolerance);
+        }
         let unknowns = match Unknowns::of(problem) {
             Ok(unknowns) => unknowns,
             Err(reason) => return refused(reason, 0, impulses),
@@ -47,14 +56,18 @@ impl<S: Space> ImpulseSolver<S> for Lemke {
         let (m, q) = unknowns.system(&a, &right_hand_side_of(problem, &prepared));
         let slack = |z: &[f64]| unknowns.slack(problem, &prepared, z);
         let (end, z, pivots) = solve_lcp_with(&m, &q, &slack, 50 * (q.len() + 10));
-        let found: Impulses<S> = unknowns.impulses(problem, &z);
+        let mut found: Impulses<S> = unknowns.impulses(problem, &z);
+        project(problem, &mut found);
         match end {
             LcpEnd::Solved if found.is_finite() => {
                 *impulses = found;
                 Outcome::judged(pivots, residual_of(problem, &prepared, impulses), settings.tolerance)
             }
+            LcpEnd::Solved => refused("the impulses outgrow all numbers".into(), pivots, impulses),
             LcpEnd::Ray => refused(ray(problem), pivots, impulses),
-            _ => refused(format!("no accurate solution after {pivots} pivots"), pivots, impulses),
+            LcpEnd::OutOfPivots => {
+                refused(format!("no accurate solution after {pivots} pivots"), pivots, impulses)
+            }
         }
     }
 }

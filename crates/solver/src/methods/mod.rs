@@ -3,7 +3,7 @@
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, Impulses};
-use crate::residual::residual_of;
+use crate::residual::{residual, residual_of};
 use carom_math::Space;
 
 pub mod direct;
@@ -12,8 +12,7 @@ pub mod pgs;
 pub mod pgs_matrix;
 pub mod sequential;
 
-/// Judges impulses that may have outgrown the numbers: friction can jam bodies so that no impulses solve the
-/// problem, and a sweep's grow without end. The impulses are then put back to those `given`.
+/// Judges impulses that an iteration ended with, unless they outgrew the numbers.
 fn judged<S: Space>(
     problem: &ContactProblem<S>,
     prepared: &Prepared<S>,
@@ -21,13 +20,24 @@ fn judged<S: Space>(
     given: &Impulses<S>,
     impulses: &mut Impulses<S>,
 ) -> Outcome {
-    let residual = residual_of(problem, prepared, impulses);
-    if residual.absolute.is_finite() && impulses.is_finite() {
-        return Outcome::judged(iterations, residual, tolerance);
+    overflow(problem, iterations, given, impulses)
+        .unwrap_or_else(|| Outcome::judged(iterations, residual_of(problem, prepared, impulses), tolerance))
+}
+
+/// A refusal when impulses are no longer finite: friction can jam bodies so that no impulses solve the problem and a
+/// sweep's grow without end. The impulses are then put back to those `given`.
+fn overflow<S: Space>(
+    problem: &ContactProblem<S>,
+    iterations: usize,
+    given: &Impulses<S>,
+    impulses: &mut Impulses<S>,
+) -> Option<Outcome> {
+    if impulses.is_finite() {
+        return None;
     }
     impulses.copy_from(given);
     let reason = format!(
         "the impulses outgrow all numbers after {iterations} iterations: has the problem a solution?"
     );
-    Outcome { iterations, residual: residual_of(problem, prepared, impulses), stop: Stop::Refused(reason) }
+    Some(Outcome { iterations, residual: residual(problem, impulses), stop: Stop::Refused(reason) })
 }

@@ -6,10 +6,11 @@
 
 use crate::friction::friction_impulse;
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
+use crate::methods::overflow;
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::{Prepared, PreparedContact};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
-use crate::residual::residual_of;
+use crate::residual::residual;
 use carom_math::Space;
 
 /// The sequential solver; holds memory between solves, nothing else.
@@ -30,17 +31,25 @@ impl<S: Space> ImpulseSolver<S> for Sequential<S> {
         impulses: &mut Impulses<S>,
     ) -> Outcome {
         impulses.fit(problem);
-        self.prepared.update(problem);
         if !problem.rows.is_empty() {
             let reason =
                 "the sequential solver resolves collisions only; bounded rows need pgs, pgs_matrix or lemke";
-            let residual = residual_of(problem, &self.prepared, impulses);
+            let residual = residual(problem, impulses);
             return Outcome { iterations: 0, residual, stop: Stop::Refused(reason.into()) };
         }
+        self.prepared.update(problem);
         self.velocities.clear();
         self.velocities.extend_from_slice(&problem.velocities);
         // a collision that has happened cannot be warm-started: every solve begins with no impulse
+        let given = std::mem::take(impulses);
         impulses.reset(problem);
+        let bounces = |c: &PreparedContact<S>| c.target > 0.0 && c.restitution > 0.0;
+        if self.prepared.contacts.iter().any(bounces) {
+            // in an impact a contact that nothing has reached yet, with its target still zero, bounces when a blow
+            // arrives; where nothing bounces at first, contacts at rest go on resting
+            let idle = |c: &&mut PreparedContact<S>| c.target == 0.0 && c.restitution > 0.0;
+            self.prepared.contacts.iter_mut().filter(idle).for_each(|c| c.target = f64::MIN_POSITIVE);
+        }
         let mut rounds = 0;
         let mut approach = f64::INFINITY;
         while rounds < settings.iterations && approach > settings.tolerance {
@@ -50,7 +59,10 @@ impl<S: Space> ImpulseSolver<S> for Sequential<S> {
             }
             rounds += 1;
         }
-        let residual = residual_of(problem, &self.prepared, impulses);
+        if let Some(refusal) = overflow(problem, rounds, &given, impulses) {
+            return refusal;
+        }
+        let residual = residual(problem, impulses);
         let stop = if approach <= settings.tolerance { Stop::Converged } else { Stop::OutOfIterations };
         Outcome { iterations: rounds, residual, stop }
     }

@@ -316,3 +316,17 @@ pub fn cradle<S: Space>(speeds: &[f64]) -> ContactProblem<S> {
 pub fn speeds<S: Space>(velocities: &[Twist<S>]) -> Vec<f64> {
     velocities.iter().map(|v| v.linear[0]).collect()
 }
+
+/// Balls of these masses on top of each other, the lowest on an obstacle (body 0), after a step of gravity that
+/// would give each the velocity -gh = -0.04; contact k carries the balls from k on.
+pub fn column<S: Space>(masses: &[f64], friction: f64) -> ContactProblem<S> {
+    let up = S::DIM - 1;
+    let mut problem = ContactProblem::new(vec![obstacle()], vec![Twist::default()]);
+    for (k, &mass) in masses.iter().enumerate() {
+        problem.inverse_masses.push(ball(mass, 0.5));
+        problem.velocities.push(moving(along(up, -0.04)));
+        let c = contact((k + 1, along(up, -0.5)), (k, along(up, 0.5)), along(up, 1.0));
+        problem.contacts.push(Contact { id: k as u64, friction, ..c });
+    }
+    problem
+}

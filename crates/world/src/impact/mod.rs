@@ -1,7 +1,10 @@
 //! Impacts: what simultaneous collisions do to the velocities in no time, before gravity and loads act
 //! (theory chapter 4). The law is a choice of its own, apart from solver and friction law. Restitution acts on
 //! approaches faster than the rest speed k |g| h; slower ones end without bounce (the ledger's rest cut).
+//! A bounce sends its bodies on to others; rounds follow it within the step. Knows no loads and no clock.
 
+mod guard;
+mod islands;
 mod newton;
 mod sequential;
 
@@ -13,7 +16,11 @@ use crate::observe::report::SolveReport;
 use crate::settings::{ImpactLaw, Settings};
 use carom_geometry::Geometry;
 use carom_math::Column;
-use carom_solver::{ContactProblem, ImpulseSolver, Impulses, Outcome, SolveSettings, Twist};
+use carom_solver::{ContactProblem, ImpulseSolver, Impulses, Outcome, SolveSettings, Stop, Twist};
+use islands::Islands;
+
+/// Rounds of impacts within a step; a blow that runs through more bodies goes on in the next step.
+const ROUNDS: usize = 16;
 
 /// Speeds and lengths that tell kinds of contact apart, for one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,11 +38,11 @@ pub struct Thresholds {
 /// What a contact is to this step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Touching and fast enough to bounce.
+    /// Arrives within the step, or touches already, and fast enough to bounce.
     Bounces,
     /// Ends its approach within the step without a bounce, or rests.
     Holds,
-    /// Will overlap within this step and bounce in the next: left alone until then.
+    /// Approaches fast enough to bounce, but arrives in a later step: left alone until then.
     Pending,
 }
 
@@ -43,31 +50,59 @@ impl Thresholds {
     /// The role of a contact from its gap and normal velocity.
     pub fn role(&self, gap: f64, normal_velocity: f64, restitution: f64) -> Role {
         let fast = restitution > 0.0 && -normal_velocity > self.rest_speed;
-        match (fast, gap <= self.touching) {
+        match (fast, gap <= self.touching || gap + self.dt * normal_velocity < 0.0) {
             (true, true) => Role::Bounces,
             (true, false) => Role::Pending,
             _ => Role::Holds,
         }
     }
+    /// Normal velocity that closes a gap within the step and no more \[m/s\].
+    pub fn closing(&self, gap: f64) -> f64 {
+        -gap.max(0.0) / self.dt
+    }
+}
+
+/// What one touch is to one round.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    bounces: bool,
+    target: f64,
+    /// True when it makes the round necessary.
+    calls: bool,
 }
 
 /// Memory of the impact phase.
 pub struct Impacts<S: Geometry> {
-    /// The impact problem of the last step that had one.
+    /// The impact problem of the last step that had one: of its first round.
     pub problem: ContactProblem<S>,
     /// Its impulses.
     pub impulses: Impulses<S>,
     /// Index into the step's touches of each contact of the problem; empty when nothing approached.
     pub struck: Vec<usize>,
+    /// Problem, impulses and indices of the later rounds.
+    later: (ContactProblem<S>, Impulses<S>, Vec<usize>),
     after: Vec<Twist<S>>,
     bounces: Vec<bool>,
+    /// The touches that take part in this round.
+    parts: Vec<Option<Part>>,
+    /// True for touches whose approach an earlier round of the step has resolved.
+    resolved: Vec<bool>,
 }
 
 impl<S: Geometry> Default for Impacts<S> {
     fn default() -> Self {
         let problem = ContactProblem::new(Vec::new(), Vec::new());
         let impulses = Impulses::zero(&problem);
-        Impacts { impulses, problem, struck: Vec::new(), after: Vec::new(), bounces: Vec::new() }
+        Impacts {
+            later: (problem.clone(), impulses.clone(), Vec::new()),
+            impulses,
+            problem,
+            struck: Vec::new(),
+            after: Vec::new(),
+            bounces: Vec::new(),
+            parts: Vec::new(),
+            resolved: Vec::new(),
+        }
     }
 }
 
@@ -82,61 +117,138 @@ impl<S: Geometry> Impacts<S> {
         solver: &mut dyn ImpulseSolver<S>,
         ledger: &mut Ledger,
     ) -> Option<SolveReport> {
-        if !self.assemble(bodies, touches, settings, thresholds) {
-            return None;
-        }
-        self.impulses.reset(&self.problem);
-        let solve = SolveSettings { iterations: settings.iterations, tolerance: settings.tolerance };
-        let outcome = match settings.impact {
-            ImpactLaw::Newton => newton::solve(&self.problem, &solve, solver, &mut self.impulses),
-            ImpactLaw::Sequential => {
-                sequential::solve(&self.problem, thresholds, &solve, &mut self.impulses)
+        self.resolved.clear();
+        self.resolved.resize(touches.len(), false);
+        self.struck.clear();
+        let mut report: Option<SolveReport> = None;
+        let mut round = 0;
+        while round < ROUNDS && self.is_called(bodies, touches, settings.impact, thresholds) {
+            if round == 1 {
+                self.exchange();
             }
-        };
+            self.assemble(bodies, touches, settings);
+            let solved = self.strike(bodies, settings, thresholds, solver, ledger);
+            let refused = matches!(solved.stop, Stop::Refused(_));
+            report = Some(match report {
+                Some(before) => joined(before, solved),
+                None => solved,
+            });
+            round += 1;
+            if refused || settings.impact == ImpactLaw::Sequential {
+                break; // the sequential law has gone through all rounds by itself
+            }
+        }
+        if round > 1 {
+            self.exchange();
+        }
+        report
+    }
+
+    /// True when a round of the step had this touch in its problem.
+    pub fn resolved(&self, touch: usize) -> bool {
+        self.resolved[touch]
+    }
+
+    /// Sets the first round's problem aside, or brings it back.
+    fn exchange(&mut self) {
+        std::mem::swap(&mut self.problem, &mut self.later.0);
+        std::mem::swap(&mut self.impulses, &mut self.later.1);
+        std::mem::swap(&mut self.struck, &mut self.later.2);
+    }
+
+    /// Solves the assembled problem, changes the velocities, and books the work.
+    fn strike(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        settings: &Settings<S>,
+        thresholds: &Thresholds,
+        solver: &mut dyn ImpulseSolver<S>,
+        ledger: &mut Ledger,
+    ) -> SolveReport {
+        let outcome = self.solve(bodies, settings, thresholds, solver);
         self.after.clear();
         self.after.extend_from_slice(&self.problem.velocities);
         self.problem.apply(&self.impulses, &mut self.after);
         self.book(bodies, ledger);
         assembly::write_back(bodies, &self.after);
         let worst = assembly::bodies_of(&self.problem, outcome.residual.worst);
-        Some(SolveReport::new(outcome, self.problem.contacts.len(), worst))
+        SolveReport::new(outcome, self.problem.contacts.len(), worst)
     }
 
-    /// The impact problem of the present velocities; false when nothing approaches.
-    fn assemble(
+    fn solve(
         &mut self,
         bodies: &Bodies<S>,
-        touches: &[Touch<S>],
         settings: &Settings<S>,
         thresholds: &Thresholds,
-    ) -> bool {
-        self.struck.clear();
-        let wanted = |t: &Touch<S>| {
-            let u = normal_velocity(bodies, t);
-            let role = thresholds.role(t.gap, u, t.restitution);
-            let target = match role {
-                Role::Bounces => -t.restitution * u,
-                Role::Holds => -t.gap.max(0.0) / thresholds.dt,
-                Role::Pending => return None,
-            };
-            Some((role, u, target))
-        };
-        let approaching = touches
-            .iter()
-            .any(|t| wanted(t).is_some_and(|(_, u, target)| u < target.min(0.0) - thresholds.still_speed));
-        if !approaching {
-            return false;
+        solver: &mut dyn ImpulseSolver<S>,
+    ) -> Outcome {
+        self.impulses.reset(&self.problem);
+        let solve = SolveSettings { iterations: settings.iterations, tolerance: settings.tolerance };
+        match settings.impact {
+            ImpactLaw::Newton => {
+                let outcome = newton::solve(&self.problem, &solve, solver, &mut self.impulses);
+                guard::apply(&self.problem, bodies, &self.bounces, &solve, solver, &mut self.impulses);
+                outcome
+            }
+            ImpactLaw::Sequential => {
+                sequential::solve(&self.problem, thresholds, &solve, &mut self.bounces, &mut self.impulses)
+            }
+        }
+    }
+
+    /// The impact problem of the present velocities, on the islands where something calls for one.
+    fn assemble(&mut self, bodies: &Bodies<S>, touches: &[Touch<S>], settings: &Settings<S>) {
+        let pairs = touches.iter().zip(&self.parts).filter(|(_, p)| p.is_some()).map(|(t, _)| (t.a, t.b));
+        let mut islands = Islands::of(bodies, pairs);
+        for (t, p) in touches.iter().zip(&self.parts) {
+            if p.is_some_and(|p| p.calls) {
+                islands.mark(bodies, t.a, t.b);
+            }
         }
         assembly::begin(&mut self.problem, bodies, settings.friction_law);
         self.bounces.clear();
+        self.struck.clear();
         for (k, t) in touches.iter().enumerate() {
-            if let Some((role, _, target)) = wanted(t) {
-                self.struck.push(k);
-                self.problem.contacts.push(assembly::contact(bodies, t, target, &|_| S::Vector::ZERO));
-                self.bounces.push(role == Role::Bounces);
+            let Some(part) = self.parts[k].filter(|_| islands.is_marked(bodies, t.a, t.b)) else { continue };
+            self.problem.contacts.push(assembly::contact(bodies, t, part.target, &|_| S::Vector::ZERO));
+            self.bounces.push(part.bounces);
+            self.struck.push(k);
+            self.resolved[k] = true;
+        }
+    }
+
+    /// Sets who takes part: contacts that approach, and those that touch and would feel it. Contacts that separate
+    /// stay out where something bounces, for asking them to stop separating would make energy (theory eq. 4.23).
+    /// True when anything calls for a round.
+    fn is_called(
+        &mut self,
+        bodies: &Bodies<S>,
+        touches: &[Touch<S>],
+        law: ImpactLaw,
+        limits: &Thresholds,
+    ) -> bool {
+        self.parts.clear();
+        let mut bouncing = false;
+        for (t, resolved) in touches.iter().zip(&self.resolved) {
+            let u = normal_velocity(bodies, t);
+            let role = limits.role(t.gap, u, t.restitution);
+            let bounces = role == Role::Bounces;
+            let target = if bounces { -t.restitution * u } else { limits.closing(t.gap) };
+            let approaches = u < target.min(0.0) - limits.still_speed;
+            let calls = bounces || (role == Role::Holds && approaches && !resolved);
+            // an elastic contact that is open waits for its own approach; all others feel their neighbours at once
+            let feels = t.restitution == 0.0 || t.gap <= limits.touching || law == ImpactLaw::Sequential;
+            let takes_part = bounces || law == ImpactLaw::Sequential || (role == Role::Holds && (approaches || feels));
+            bouncing |= bounces;
+            self.parts.push(takes_part.then_some(Part { bounces, target, calls }));
+        }
+        if bouncing && law == ImpactLaw::Newton {
+            for (t, part) in touches.iter().zip(&mut self.parts) {
+                let separates = normal_velocity(bodies, t) > limits.still_speed;
+                *part = part.filter(|_| !separates);
             }
         }
-        true
+        self.parts.iter().flatten().any(|p| p.calls)
     }
 
     fn book(&self, bodies: &Bodies<S>, ledger: &mut Ledger) {
@@ -154,6 +266,15 @@ impl<S: Geometry> Impacts<S> {
         lines.impact_friction = friction;
         ledger.add(&lines);
     }
+}
+
+/// One report of two rounds: iterations of both, the residual of the worse.
+fn joined(one: SolveReport, other: SolveReport) -> SolveReport {
+    let iterations = one.iterations + other.iterations;
+    let contacts = one.contacts.max(other.contacts);
+    let (worse, better) = if other.residual > one.residual { (other, one) } else { (one, other) };
+    let stop = if better.stop == Stop::Converged { worse.stop } else { better.stop };
+    SolveReport { iterations, contacts, stop, ..worse }
 }
 
 /// The outcome of a law that has no residual of its own: the approach that is left.

@@ -1,41 +1,58 @@
-//! One collision after another, in the contacts' order, each with restitution of its own approach, until
-//! nothing approaches (theory chapter 4, items 20-25). Passes a blow on; not symmetric. Its residual is the
-//! approach that is left.
+//! One collision after another, the fastest approach first, each with restitution of its own approach, until
+//! nothing approaches (theory eq. 4.19, items 20-25). Passes a blow on; not symmetric where approaches tie: the
+//! first contact goes first. Its residual is the approach that is left.
 
-use crate::impact::{Thresholds, judged_by_approach};
+use crate::impact::{Role, Thresholds, judged_by_approach};
 use carom_math::Space;
 use carom_solver::methods::sequential::collide;
 use carom_solver::prepared::Prepared;
 use carom_solver::{ContactProblem, Impulses, Outcome, SolveSettings};
 
-/// Rounds in which collisions may bounce; after them every collision is plastic, which ends.
-const BOUNCING_ROUNDS: usize = 200;
+/// Collisions per contact that may bounce; after them every collision is plastic, which ends.
+const BOUNCING: usize = 200;
 
-/// Resolves collisions one by one.
+/// Resolves collisions one by one; `bounced` says afterwards which contacts bounced at least once.
 pub fn solve<S: Space>(
     problem: &ContactProblem<S>,
-    thresholds: &Thresholds,
+    limits: &Thresholds,
     settings: &SolveSettings,
+    bounced: &mut [bool],
     impulses: &mut Impulses<S>,
 ) -> Outcome {
     let mut prepared = Prepared::of(problem);
     let mut velocities = problem.velocities.clone();
-    let mut rounds = 0;
-    let mut approach = f64::INFINITY;
-    while approach > thresholds.still_speed && rounds < BOUNCING_ROUNDS.max(settings.iterations) {
-        approach = 0.0;
-        for (k, c) in prepared.contacts.iter_mut().enumerate() {
-            let speed = -c.normal.velocity(&velocities);
-            let held = problem.contacts[k].target.min(0.0);
-            let bounces = rounds < BOUNCING_ROUNDS && problem.contacts[k].gap <= thresholds.touching;
-            let restitution = problem.contacts[k].restitution;
-            c.target = if bounces && speed > thresholds.rest_speed { restitution * speed } else { held };
-            approach = f64::max(approach, collide(c, &mut impulses.contacts[k], problem.friction_law, &mut velocities));
+    let contacts = problem.contacts.len();
+    let (most_bounces, most) = (BOUNCING * contacts, BOUNCING.max(settings.iterations) * contacts);
+    bounced.fill(false);
+    let mut collisions = 0;
+    let mut left = 0.0;
+    while collisions < most {
+        let may_bounce = collisions < most_bounces;
+        // the fastest approach, and what it is to end with
+        let mut next = (0.0, 0, 0.0);
+        for (k, c) in prepared.contacts.iter().enumerate() {
+            let u = c.normal.velocity(&velocities);
+            let given = &problem.contacts[k];
+            let target = match limits.role(given.gap, u, given.restitution) {
+                Role::Bounces if may_bounce => -given.restitution * u,
+                Role::Pending => continue,
+                _ => limits.closing(given.gap),
+            };
+            let approach = target.min(0.0) - u;
+            if approach > next.0 {
+                next = (approach, k, target);
+            }
         }
-        rounds += 1;
+        let (approach, k, target) = next;
+        left = approach;
+        if approach <= limits.still_speed {
+            break;
+        }
+        let c = &mut prepared.contacts[k];
+        c.target = target;
+        bounced[k] |= target > 0.0;
+        collide(c, &mut impulses.contacts[k], problem.friction_law, &mut velocities);
+        collisions += 1;
     }
-    let left = prepared.contacts.iter().zip(&problem.contacts).map(|(c, given)| {
-        given.target.min(0.0) - c.normal.velocity(&velocities)
-    });
-    judged_by_approach(rounds, left.fold(0.0, f64::max), settings.tolerance.max(thresholds.still_speed))
+    judged_by_approach(collisions, left, settings.tolerance.max(limits.still_speed))
 }

@@ -165,7 +165,7 @@ fn drift<S: Geometry>(bodies: &mut Bodies<S>, h: f64, rotate: fn(&mut Bodies<S>,
 
 /// w = I^-1 L at the present attitude, with one round of refinement: the rounding of I and of its inverse would
 /// otherwise move L by 1e-16 at each step, always the same way.
-fn set_spin_momentum<S: Geometry>(bodies: &mut Bodies<S>, i: usize, momentum: S::Spin) {
+pub fn set_spin_momentum<S: Geometry>(bodies: &mut Bodies<S>, i: usize, momentum: S::Spin) {
     let inverse = bodies.inverse_mass(i).angular;
     let spin = inverse.apply(momentum);
     let rest = momentum - bodies.inertia(i).apply(spin);

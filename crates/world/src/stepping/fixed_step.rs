@@ -112,7 +112,7 @@ impl<S: Geometry> FixedStep<S> {
         self.kick(bodies, settings.integrator, step, &mut report.ledger);
         self.drift_from_kick(bodies, settings.integrator, step, &mut report.ledger);
         damp(bodies, 0.5 * step.dt, &mut report.ledger);
-        self.correct(bodies, touches, settings, step, &mut report.ledger);
+        self.correct(bodies, touches, settings, &limits, step, &mut report.ledger);
         warm.store(&self.problem, &self.impulses, step.dt);
         Ok(report)
     }
@@ -149,6 +149,11 @@ impl<S: Geometry> FixedStep<S> {
         self.origin.clone_from(&bodies.motion.position);
         let before = Energy::of(bodies, step.gravity);
         let DriftWork { gravity, applied } = integrator.before_kick(bodies, step, loads)?;
+        if integrator.kicks_with_gravity() {
+            // a tumbling body's spin at the kick is another one than at the start
+            self.start.clear();
+            self.start.extend((0..bodies.len()).map(|i| bodies.motion.twist(i)));
+        }
         let after = Energy::of(bodies, step.gravity);
         ledger.gravity += gravity;
         ledger.applied += applied;
@@ -198,8 +203,11 @@ impl<S: Geometry> FixedStep<S> {
             let moved = |i: usize| bodies.motion.position[i] - self.origin[i];
             let mut contact = assembly::contact(bodies, t, 0.0, &moved);
             let (before, _) = contact.relative_velocity(&self.start);
-            if limits.role(t.gap, before, t.restitution) != Role::Holds {
-                continue;
+            match limits.role(t.gap, before, t.restitution) {
+                Role::Holds => {}
+                // touches, and the impact phase could not turn it round: it ends here
+                Role::Bounces if t.gap <= limits.touching && self.impacts.resolved(k) => {}
+                _ => continue,
             }
             contact.target = held_velocity(t.gap.max(0.0) / limits.dt, before, end_share);
             self.problem.contacts.push(contact);
@@ -265,6 +273,7 @@ impl<S: Geometry> FixedStep<S> {
         bodies: &mut Bodies<S>,
         touches: &[Touch<S>],
         settings: &Settings<S>,
+        limits: &Thresholds,
         step: &Step<S>,
         ledger: &mut Ledger,
     ) {
@@ -275,14 +284,14 @@ impl<S: Geometry> FixedStep<S> {
             let (start, _) = c.relative_velocity(&self.start);
             let (end, _) = c.relative_velocity(&self.after);
             let gap = touches[k].gap + step.dt * ((1.0 - share) * start + share * end);
-            self.overlaps.push(Overlap { touch: touches[k], gap });
+            let leaves = end > limits.rest_speed.max(limits.still_speed);
+            self.overlaps.push(Overlap { touch: touches[k], gap, leaves });
         }
         let before = Energy::of(bodies, step.gravity);
         if self.correction.apply(bodies, &self.overlaps, settings, slop, step.dt) {
             ledger.projection += Energy::of(bodies, step.gravity).total() - before.total();
         }
     }
-
 }
 
 /// End velocity that closes a gap exactly at the step's end, given the velocity before and the integrator's
