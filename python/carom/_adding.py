@@ -4,6 +4,7 @@ masses and coefficients by the engine.
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from carom._report import MassProperties
-from carom._shapes import shape_json, shape_table
+from carom._shapes import shape_table
 from carom._space import Floats, Space, frozen, number, whole
 from carom.errors import BuildError, CaromError, refused
 
@@ -43,7 +44,7 @@ def body_arguments(given: Mapping[str, Any], space: Space) -> tuple[dict[str, An
     rotation = given.get("rotation")
     arguments = {
         "kind": kind,
-        "shape": None if table is None else shape_json(table, space, name),
+        "shape": None if table is None else json.dumps(table),
         "position": place,
         "position_is_origin": is_origin,
         "rotation": [1.0] + [0.0] * (space.turns - 1)
@@ -164,7 +165,7 @@ def plain_mass_of(
         return array
 
     with attributed({"shape": table, "density": density, "relative_tolerance": tolerance}, name):
-        return space.pieces.mass_properties_of(shape_json(table, space, name), batch, tolerance)
+        return space.pieces.mass_properties_of(json.dumps(table), batch, tolerance)
 
 
 def mass_properties(
@@ -182,7 +183,7 @@ def mass_properties(
         with attributed({"shape": table, "density": density}):
             unit = f"kg/m^{space.dimension}"
             constant = 1.0 if density is None else number(density, "density", unit)
-            plain = space.pieces.mass_properties(shape_json(table, space), constant)
+            plain = space.pieces.mass_properties(json.dumps(table), constant)
     total, center, entries, error = plain
     if mass is not None:
         wanted = number(mass, "mass", "kg")

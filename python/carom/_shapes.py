@@ -328,11 +328,6 @@ def shape_table(shape: Any, space: Space, body: str | None = None, path: str = "
     return {"type": kind, **checked}
 
 
-def shape_json(shape: Any, space: Space, body: str | None = None) -> str:
-    """The same as JSON text."""
-    return json.dumps(shape_table(shape, space, body))
-
-
 def shape_from_json(text: str, space: Space) -> Shape:
     """A shape from the engine's text."""
     table = json.loads(text)

@@ -23,7 +23,7 @@ import numpy as np
 
 from carom import _carom
 from carom._adding import attributed
-from carom._shapes import ShapeLike, shape_json, shape_table
+from carom._shapes import ShapeLike, shape_table
 from carom._space import Floats, Space, frozen, number, space_of_vector
 from carom.errors import refused
 
@@ -226,7 +226,7 @@ def raycast(
         )
     with attributed({"shape": table}):
         distances, normals = space.pieces.raycast(
-            shape_json(table, space),
+            json.dumps(table),
             plain,
             start.ravel(),
             (way / length).ravel(),

@@ -6,7 +6,12 @@
 mod harness;
 
 mod bodies;
+mod impacts;
 mod friction;
 mod probe;
 mod rotation;
+mod systems;
 mod statics;
+mod determinism;
+mod failures;
+mod snapshots;

@@ -104,7 +104,7 @@ macro_rules! contender {
             }
             fn contacts(&self) -> usize {
                 let pairs = self.world.narrow_phase.contact_pairs();
-                pairs.flat_map(|p| &p.manifolds).map(|m| m.data.solver_contacts.len()).sum()
+                pairs.flat_map(|p| p.manifolds()).map(|m| m.data.solver_contacts.len()).sum()
             }
         }
     };

@@ -1,7 +1,7 @@
 //! Numbers and shapes of the plane in the words of rapier2d.
 
 use crate::peer::contender;
-use carom::{MassProperties, Planar, PlanarShape, Rotation, Turn, Vec1, Vec2, vec2};
+use carom::{MassProperties, Planar, PlanarShape, Turn, Vec1, Vec2, vec2};
 use rapier2d::math::{Pose as TheirPose, Rotation as TheirRotation, Vector};
 use rapier2d::prelude::{MassProperties as TheirMass, SharedShape};
 

@@ -11,6 +11,9 @@ use std::collections::BTreeMap;
 /// Extent across a set of points, relative to its largest extent \[1\], at or below which it counts as flat.
 pub const FLAT: f64 = 1e-9;
 
+/// Points of space closer than this fraction of the set's extent are one \[1\].
+const SAME: f64 = 1e-9;
+
 /// Corners of the convex hull \[m\], counter-clockwise from the leftmost; points within rounding of an edge are
 /// no corners.
 ///
@@ -44,14 +47,7 @@ pub fn convex_hull_planar(points: &[Vec2]) -> Result<Vec<Vec2>, ShapeError> {
 /// a set that the hull algorithm cannot resolve.
 pub fn convex_hull_spatial(points: &[Vec3]) -> Result<(Vec<Vec3>, Vec<[u32; 3]>), ShapeError> {
     check_points(points, 4)?;
-    let mut distinct: BTreeMap<[u64; 3], usize> = BTreeMap::new();
-    let kept: Vec<Vec3> = points
-        .iter()
-        .enumerate()
-        // + 0.0 makes the two zeros one
-        .filter(|(i, p)| *distinct.entry(p.0.map(|x| (x + 0.0).to_bits())).or_insert(*i) == *i)
-        .map(|(_, p)| *p)
-        .collect();
+    let kept = merged(points);
     check_distinct(kept.len(), 4)?;
     let scaled = equal_extents(&kept)?;
     let (corners, triangles) = try_convex_hull(&scaled).map_err(|e| unresolved(&e.to_string()))?;
@@ -62,6 +58,23 @@ pub fn convex_hull_spatial(points: &[Vec3]) -> Result<(Vec<Vec3>, Vec<[u32; 3]>)
     let (corners, triangles) = in_given_order(&kept, triangles);
     check_hull(&kept, &corners, &triangles)?;
     Ok((corners, triangles))
+}
+
+/// The points without those that coincide with an earlier one to within [`SAME`], in the given order.
+fn merged(points: &[Vec3]) -> Vec<Vec3> {
+    let reach = SAME * extents(points).max_abs();
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by(|&i, &j| points[i][0].total_cmp(&points[j][0]).then(i.cmp(&j)));
+    let mut dropped = vec![false; points.len()];
+    for (k, &i) in order.iter().enumerate() {
+        let near = order[k + 1..].iter().take_while(|&&j| points[j][0] - points[i][0] <= reach);
+        for &j in near {
+            if !dropped[i] && !dropped[j] && (points[j] - points[i]).norm() <= reach {
+                dropped[i.max(j)] = true;
+            }
+        }
+    }
+    points.iter().zip(&dropped).filter(|(_, d)| !**d).map(|(p, _)| *p).collect()
 }
 
 /// Refuses too few points and points that are not finite.
@@ -198,7 +211,7 @@ fn check_hull(points: &[Vec3], corners: &[Vec3], triangles: &[[u32; 3]]) -> Resu
         let longest = (b - a).norm().max((c - a).norm()).max((c - b).norm());
         // a sliver's own direction is uncertain by size * rounding / height; its area is the measure
         let slack = 1e-9 * size * normal.norm() + 1e-14 * size * size * longest;
-        if points.iter().any(|p| normal.dot(*p - a) > slack) {
+        if let Some(p)=points.iter().find(|p| normal.dot(**p - a) > slack) { eprintln!("viol {:e} area {:e} slack {:e} {p:?} {a:?} {b:?} {c:?}",normal.dot(*p-a),normal.norm(),slack);
             return Err(unresolved("a point lies outside the surface found"));
         }
     }

@@ -63,7 +63,9 @@ pub(crate) fn planar_cells(shape: &PlanarShape) -> Result<Vec<Cell<2>>, ShapeErr
             let mut cells: Vec<Cell<2>> = Vec::new();
             for (i, part) in parts.iter().enumerate() {
                 let pose = part.pose;
-                for cell in planar_cells(&part.shape).map_err(|e| check::within(&format!("parts[{i}].shape"), e))? {
+                for cell in
+                    planar_cells(&part.shape).map_err(|e| check::within(&format!("parts[{i}].shape"), e))?
+                {
                     cells.push(Box::new(move |u| {
                         let (point, jacobian) = cell(u);
                         (pose.to_world(point), jacobian)

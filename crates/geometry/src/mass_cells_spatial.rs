@@ -110,7 +110,9 @@ pub(crate) fn spatial_cells(shape: &SpatialShape) -> Result<Vec<Cell<3>>, ShapeE
             let mut cells: Vec<Cell<3>> = Vec::new();
             for (i, part) in parts.iter().enumerate() {
                 let pose = part.pose;
-                for cell in spatial_cells(&part.shape).map_err(|e| check::within(&format!("parts[{i}].shape"), e))? {
+                for cell in
+                    spatial_cells(&part.shape).map_err(|e| check::within(&format!("parts[{i}].shape"), e))?
+                {
                     cells.push(Box::new(move |u| {
                         let (point, jacobian) = cell(u);
                         (pose.to_world(point), jacobian)
@@ -179,9 +181,7 @@ fn round_box(size: [f64; 3], radius: f64) -> Vec<Cell<3>> {
                 let p = Vec3::from_fn(|i| 0.5 * size[i] * if signs[i] == 0.0 { -1.0 } else { signs[i] });
                 let out: Vec<Vec3> = beyond.iter().map(|&i| unit(i, signs[i])).collect();
                 cells.push(match (beyond.as_slice(), out.as_slice()) {
-                    ([i], [n]) => {
-                        parallelepiped(p, *n * radius, side((i + 1) % 3), side((i + 2) % 3))
-                    }
+                    ([i], [n]) => parallelepiped(p, *n * radius, side((i + 1) % 3), side((i + 2) % 3)),
                     ([i, j], [n, t]) => wedge(p, side(3 - i - j), *n, *t, FRAC_PI_2, radius),
                     (_, [a, b, c]) => {
                         cells.extend(octant(p, [*a, *b, *c], x * y * z, radius));

@@ -29,7 +29,8 @@ pub fn mass_properties(shape: &PlanarShape, density: f64) -> Result<MassProperti
         .iter()
         .enumerate()
         .map(|(i, part)| {
-            let own = mass_properties(&part.shape, density).map_err(|e| check::within(&format!("parts[{i}].shape"), e))?;
+            let own = mass_properties(&part.shape, density)
+                .map_err(|e| check::within(&format!("parts[{i}].shape"), e))?;
             Ok(own.placed(&part.pose))
         })
         .collect::<Result<Vec<_>, _>>()?;

@@ -83,7 +83,13 @@ pub(crate) fn outward(a: Vec2, b: Vec2) -> Vec2 {
 /// A plane fan from the unit vector n towards the unit vector t at right angles to it, through the angle
 /// theta with this sine and cosine, of this radius r; moments about its apex:
 ///   theta r^2 / 2,   r^3 / 3 int u,   r^4 / 4 int u u^T,   u = n cos + t sin.
-pub(crate) fn fan<const N: usize>(n: Tuple<N>, t: Tuple<N>, sine: f64, cosine: f64, radius: f64) -> Moments<N> {
+pub(crate) fn fan<const N: usize>(
+    n: Tuple<N>,
+    t: Tuple<N>,
+    sine: f64,
+    cosine: f64,
+    radius: f64,
+) -> Moments<N> {
     let angle = libm::atan2(sine, cosine);
     // 1 - cos without cancellation
     let versine = if cosine > 0.0 { sine * sine / (1.0 + cosine) } else { 1.0 - cosine };

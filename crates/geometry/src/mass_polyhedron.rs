@@ -91,7 +91,11 @@ fn check_indices(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<(), ShapeE
         let field = || format!("triangles[{k}]");
         if let Some(i) = [a, b, c].into_iter().find(|&i| i as usize >= vertices.len()) {
             let problem = format!("names vertex {i} of {}", vertices.len());
-            return Err(ShapeError::new(field(), problem, "use indices from 0 to the number of vertices - 1"));
+            return Err(ShapeError::new(
+                field(),
+                problem,
+                "use indices from 0 to the number of vertices - 1",
+            ));
         }
         if a == b || b == c || c == a {
             let problem = format!("names a vertex twice: {:?}", [a, b, c]);

@@ -31,7 +31,8 @@ pub fn mass_properties(shape: &SpatialShape, density: f64) -> Result<MassPropert
         .iter()
         .enumerate()
         .map(|(i, part)| {
-            let own = mass_properties(&part.shape, density).map_err(|e| check::within(&format!("parts[{i}].shape"), e))?;
+            let own = mass_properties(&part.shape, density)
+                .map_err(|e| check::within(&format!("parts[{i}].shape"), e))?;
             Ok(own.placed(&part.pose))
         })
         .collect::<Result<Vec<_>, _>>()?;

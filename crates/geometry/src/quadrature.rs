@@ -118,7 +118,8 @@ pub fn integrate<const N: usize>(
         // pieces of lines share a small part of the tolerance, so that halving across sees no noise
         let piece_tolerance = 0.02 * relative_tolerance / cells.len() as f64;
         let rules = [&grid, &along];
-        let mut refined = line_pass(&mut sampler, rules, cells, (&tasks, &regions), (&scale, piece_tolerance))?;
+        let mut refined =
+            line_pass(&mut sampler, rules, cells, (&tasks, &regions), (&scale, piece_tolerance))?;
         // lines that the end of the budget broke off are worse than what they would replace
         if tasks.is_empty() || sampler.is_spent() {
             return end_of_budget(total, error, relative_tolerance, sampler.evaluations);

@@ -46,7 +46,8 @@ impl ErrorScale {
         }
         let trace = |m: &[[f64; N]; N]| (0..N).map(|i| m[i][i]).sum::<f64>() / total.measure;
         // a mass drawn together in a point keeps a scale
-        let gyration = trace(&total.central_second()).max(1e-12 * trace(&total.second)).max(f64::MIN_POSITIVE);
+        let gyration =
+            trace(&total.central_second()).max(1e-12 * trace(&total.second)).max(f64::MIN_POSITIVE);
         let offset = (total.center() - total.origin).norm();
         Some(ErrorScale { mass: total.measure, offset, gyration: gyration.sqrt() })
     }

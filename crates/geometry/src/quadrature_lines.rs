@@ -105,7 +105,8 @@ pub(crate) fn integrate_lines<const N: usize>(
         for (k, piece) in pending.iter().enumerate() {
             let own = k * rule.len()..(k + 1) * rule.len();
             let densities = &densities[own.clone()];
-            let masses = jacobians[own.clone()].iter().zip(densities).map(|(j, d)| (piece.to - piece.from) * j * d);
+            let masses =
+                jacobians[own.clone()].iter().zip(densities).map(|(j, d)| (piece.to - piece.from) * j * d);
             let (value, errors) = weighted(rule, origin, &points[own], masses);
             let is_fine = scale.relative(&errors) <= tolerance || piece.to - piece.from <= SHORTEST;
             if is_fine || spent || piece.cuts >= MOST_CUTS {
@@ -153,7 +154,11 @@ fn cut(piece: Piece, low: f64, high: f64) -> impl Iterator<Item = Piece> {
 }
 
 /// Points and Jacobians of all nodes of all pieces.
-fn nodes_of<const N: usize>(rule: &Rule, lines: &[Line<'_, N>], pieces: &[Piece]) -> (Vec<Tuple<N>>, Vec<f64>) {
+fn nodes_of<const N: usize>(
+    rule: &Rule,
+    lines: &[Line<'_, N>],
+    pieces: &[Piece],
+) -> (Vec<Tuple<N>>, Vec<f64>) {
     pieces
         .iter()
         .flat_map(|p| rule.nodes.iter().map(|t| lines[p.line].place(p.from + (p.to - p.from) * t)))
@@ -217,7 +222,10 @@ fn pin<const N: usize>(
             }
             let step = (b.high.1 - b.low.1).abs();
             let mut inside = Moments::zero(sampler.origin());
-            inside.add_point(b.high.1.abs().max(b.low.1.abs()) * jacobians[k] * (b.high.0 - b.low.0), points[k]);
+            inside.add_point(
+                b.high.1.abs().max(b.low.1.abs()) * jacobians[k] * (b.high.0 - b.low.0),
+                points[k],
+            );
             if step < 0.3 * b.step {
                 b.state = State::Lost;
             } else if scale.relative(&Errors::of(&inside, 1.0)) <= tolerance {

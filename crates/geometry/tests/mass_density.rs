@@ -6,7 +6,9 @@ mod mass_common;
 use carom_geometry::quadrature::{ACCEPTABLE_ERROR, EVALUATION_BUDGET};
 use carom_geometry::{MassProperties, PlanarPart, PlanarShape, ShapeError, SpatialPart, SpatialShape};
 use carom_geometry::{mass_planar, mass_spatial};
-use carom_math::{Column, Inertia, Planar, Pose, Quaternion, Rotation, Space, Spatial, Sym3, Turn, Vec2, Vec3, vec2, vec3};
+use carom_math::{
+    Column, Inertia, Planar, Pose, Quaternion, Rotation, Space, Spatial, Sym3, Turn, Vec2, Vec3, vec2, vec3,
+};
 use mass_common::*;
 use std::f64::consts::PI;
 
@@ -91,7 +93,12 @@ fn smooth_densities_meet_their_closed_forms() {
     // rho = |x|^2 in a ball: m = 4/5 pi r^5, I = 2/3 int |x|^4 = 8/21 pi r^7
     let found = spatial_of(&SpatialShape::Sphere { radius: r }, |p| p.norm_squared(), 1e-10);
     let i = 8.0 / 21.0 * PI * r.powi(7);
-    let exact = MassProperties { mass: 0.8 * PI * r.powi(5), center: Vec3::ZERO, inertia: Sym3::diag(i, i, i), error: 0.0 };
+    let exact = MassProperties {
+        mass: 0.8 * PI * r.powi(5),
+        center: Vec3::ZERO,
+        inertia: Sym3::diag(i, i, i),
+        error: 0.0,
+    };
     assert_honest(&found, &exact, 1e-10, "ball of |x|^2");
     // rho = e^x over [-1, 1]^2: m = 4 sinh 1, int x rho = 4 / e, int x^2 rho = 2 (e - 5/e), int y^2 rho = m / 3
     let e = 1f64.exp();
@@ -191,7 +198,8 @@ fn the_stated_error_bounds_the_true_error_of_oblique_layers_in_space() {
         for _ in 0..3 {
             let normal = numbers.spatial(1.0).normalized().unwrap();
             let level = normal.dot(spatial(shape).center) + numbers.between(-0.1, 0.1);
-            let exact = of_two(&below(corners, normal, level), 4900.0, &below(corners, -normal, -level), 900.0);
+            let exact =
+                of_two(&below(corners, normal, level), 4900.0, &below(corners, -normal, -level), 900.0);
             let density = |p: Vec3| if normal.dot(p) < level { 4900.0 } else { 900.0 };
             for tolerance in [1e-2, 1e-3, 1e-4] {
                 assert_honest(&spatial_of(shape, density, tolerance), &exact, tolerance, "oblique layers");
@@ -287,7 +295,8 @@ fn units_do_not_matter() {
     let own = spatial_of(&SpatialShape::ConvexHull { points: cloud.clone() }, density, 1e-4);
     for unit in [1e-3, 1e3] {
         let points = cloud.iter().map(|p| *p * unit).collect();
-        let found = spatial_of(&SpatialShape::ConvexHull { points }, |p| 1e6 * density(p * (1.0 / unit)), 1e-4);
+        let found =
+            spatial_of(&SpatialShape::ConvexHull { points }, |p| 1e6 * density(p * (1.0 / unit)), 1e-4);
         let scaled = MassProperties {
             mass: own.mass * 1e6 * unit.powi(3),
             center: own.center * unit,
@@ -345,7 +354,8 @@ fn a_mesh_that_is_not_star_shaped_may_be_asked_outside() {
 
 fn refusal(density: impl Fn(Vec3) -> f64, tolerance: f64) -> ShapeError {
     let mut density = |points: &[Vec3]| points.iter().map(|p| density(*p)).collect();
-    mass_spatial::mass_properties_of(&SpatialShape::Box { size: [1.0; 3] }, &mut density, tolerance).unwrap_err()
+    mass_spatial::mass_properties_of(&SpatialShape::Box { size: [1.0; 3] }, &mut density, tolerance)
+        .unwrap_err()
 }
 
 #[test]

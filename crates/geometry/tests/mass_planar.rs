@@ -63,7 +63,12 @@ fn triangle_has_its_closed_form() {
 #[test]
 fn round_polygon_of_box_corners_is_the_round_box() {
     let (x, y, radius) = (1.2, 0.5, 0.3);
-    let points = vec![vec2(-0.5 * x, -0.5 * y), vec2(0.5 * x, -0.5 * y), vec2(0.5 * x, 0.5 * y), vec2(-0.5 * x, 0.5 * y)];
+    let points = vec![
+        vec2(-0.5 * x, -0.5 * y),
+        vec2(0.5 * x, -0.5 * y),
+        vec2(0.5 * x, 0.5 * y),
+        vec2(-0.5 * x, 0.5 * y),
+    ];
     let swept = planar(&PlanarShape::RoundPolygon { points, radius });
     assert_same(&swept, &planar(&PlanarShape::RoundBox { size: [x, y], radius }), 1e-14, "round box");
 }
@@ -112,7 +117,8 @@ fn a_compound_that_tiles_a_shape_has_its_mass_properties() {
     };
     let tiles = PlanarShape::Compound { parts: vec![tile(-0.75, 0.5), tile(-0.25, 0.5), tile(0.5, 1.0)] };
     assert_same(&planar(&tiles), &whole, 1e-15, "tiles");
-    let (points, apex) = (planar_cloud(15, 14), planar(&PlanarShape::ConvexPolygon { points: planar_cloud(15, 14) }).center);
+    let (points, apex) =
+        (planar_cloud(15, 14), planar(&PlanarShape::ConvexPolygon { points: planar_cloud(15, 14) }).center);
     let hull = carom_geometry::hull::convex_hull_planar(&points).unwrap();
     let parts = (0..hull.len())
         .map(|i| PlanarPart {
@@ -139,7 +145,8 @@ fn polygons_do_not_change_when_moved_or_turned() {
     let rounded = planar(&PlanarShape::RoundPolygon { points: points.clone(), radius: 0.2 });
     let mut numbers = Numbers(16);
     for _ in 0..50 {
-        let pose: Pose<Planar> = Pose::new(numbers.planar(1.0), Turn::about(vec1(numbers.between(-3.0, 3.0))));
+        let pose: Pose<Planar> =
+            Pose::new(numbers.planar(1.0), Turn::about(vec1(numbers.between(-3.0, 3.0))));
         let moved: Vec<Vec2> = points.iter().map(|p| pose.to_world(*p)).collect();
         let there = planar(&PlanarShape::ConvexPolygon { points: moved.clone() });
         assert_same(&there, &own.placed(&pose), 1e-14, "polygon");
@@ -162,7 +169,8 @@ fn a_polygon_far_from_zero_loses_only_what_its_coordinates_lose() {
 #[test]
 fn a_polygon_that_is_not_convex_is_integrated_by_its_outline() {
     // an L of three unit squares
-    let outline = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]].map(|[x, y]| vec2(x, y));
+    let outline =
+        [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]].map(|[x, y]| vec2(x, y));
     let squares = [[0.5, 0.5], [1.5, 0.5], [0.5, 1.5]].map(|[x, y]| PlanarPart {
         pose: Pose::new(vec2(x, y), Turn::IDENTITY),
         shape: PlanarShape::Box { size: [1.0, 1.0] },
@@ -178,8 +186,10 @@ fn a_polygon_that_is_not_convex_is_integrated_by_its_outline() {
 
 #[test]
 fn a_hole_is_taken_away() {
-    let square = |half: f64| [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| vec2(x, y));
-    let frame = polygon_moments(&square(1.0)).unwrap().plus(&polygon_moments(&square(0.5)).unwrap().scaled(-1.0));
+    let square =
+        |half: f64| [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| vec2(x, y));
+    let frame =
+        polygon_moments(&square(1.0)).unwrap().plus(&polygon_moments(&square(0.5)).unwrap().scaled(-1.0));
     let exact = known(3.0, Vec2::ZERO, 4.0 * 8.0 / 12.0 - 1.0 * 2.0 / 12.0);
     assert_same(&frame.mass_properties(1.0).unwrap(), &exact, 1e-15, "frame");
 }
@@ -192,7 +202,12 @@ fn outlines_that_enclose_nothing_are_refused() {
     assert!(polygon_moments(&reversed).unwrap_err().problem.contains("clockwise"));
     assert!(polygon_moments(&square[..2]).unwrap_err().problem.contains("at least 3"));
     assert!(polygon_moments(&[square[0], square[1], square[0]]).unwrap_err().problem.contains("no area"));
-    assert!(polygon_moments(&[square[0], square[1], vec2(f64::NAN, 0.0)]).unwrap_err().problem.contains("point 2"));
+    assert!(
+        polygon_moments(&[square[0], square[1], vec2(f64::NAN, 0.0)])
+            .unwrap_err()
+            .problem
+            .contains("point 2")
+    );
     assert!(Moments::zero(Vec2::ZERO).mass_properties(1.0).is_err(), "the empty region has no centre");
 }
 
@@ -208,7 +223,10 @@ fn massless_shapes_and_bad_densities_are_refused_with_a_remedy() {
     for shape in &massless {
         let error = mass_planar::mass_properties(shape, 1.0).unwrap_err();
         assert!(error.remedy.contains("explicitly") && error.remedy.contains("fixed"), "{shape:?}: {error}");
-        assert!(mass_planar::mass_properties_of(shape, &mut |p| vec![1.0; p.len()], 1e-6).is_err(), "{shape:?}");
+        assert!(
+            mass_planar::mass_properties_of(shape, &mut |p| vec![1.0; p.len()], 1e-6).is_err(),
+            "{shape:?}"
+        );
     }
     for density in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = mass_planar::mass_properties(&PlanarShape::Circle { radius: 1.0 }, density).unwrap_err();

@@ -22,13 +22,22 @@ fn ball_box_and_cylinder_have_the_textbook_inertia() {
     let (r, h) = (0.37, 1.4);
     let m = 4.0 / 3.0 * PI * r * r * r;
     let i = 0.4 * m * r * r;
-    assert_same(&spatial(&SpatialShape::Sphere { radius: r }), &known(m, Vec3::ZERO, Sym3::diag(i, i, i)), 1e-15, "ball");
+    assert_same(
+        &spatial(&SpatialShape::Sphere { radius: r }),
+        &known(m, Vec3::ZERO, Sym3::diag(i, i, i)),
+        1e-15,
+        "ball",
+    );
     let [a, b, c] = [1.7, 0.3, 0.9];
     let m = a * b * c;
     let exact = Sym3::diag(b * b + c * c, a * a + c * c, a * a + b * b).scaled(m / 12.0);
     let cuboid = spatial(&SpatialShape::Box { size: [a, b, c] });
     assert_same(&cuboid, &known(m, Vec3::ZERO, exact), 1e-15, "box");
-    assert_eq!((cuboid.center, cuboid.inertia.off), (Vec3::ZERO, [0.0; 3]), "a box is symmetric to the last bit");
+    assert_eq!(
+        (cuboid.center, cuboid.inertia.off),
+        (Vec3::ZERO, [0.0; 3]),
+        "a box is symmetric to the last bit"
+    );
     let m = PI * r * r * h;
     let across = m * (3.0 * r * r + h * h) / 12.0;
     let exact = known(m, Vec3::ZERO, Sym3::diag(across, across, 0.5 * m * r * r));
@@ -69,8 +78,9 @@ fn platonic_solids_have_their_closed_forms() {
     let points: Vec<Vec3> = tetrahedron.iter().map(|[x, y, z]| vec3(*x, *y, *z) * k).collect();
     assert_same(&hull(&points), &isotropic(m, m * a * a / 20.0), 1e-14, "tetrahedron");
     let k = a / 2f64.sqrt();
-    let points: Vec<Vec3> =
-        (0..6).map(|i| Vec3::from_fn(|j| if i / 2 == j { k * (1.0 - 2.0 * (i % 2) as f64) } else { 0.0 })).collect();
+    let points: Vec<Vec3> = (0..6)
+        .map(|i| Vec3::from_fn(|j| if i / 2 == j { k * (1.0 - 2.0 * (i % 2) as f64) } else { 0.0 }))
+        .collect();
     let m = 2f64.sqrt() / 3.0 * a.powi(3);
     assert_same(&hull(&points), &isotropic(m, m * a * a / 10.0), 1e-14, "octahedron");
     let golden = 0.5 * (1.0 + 5f64.sqrt());
@@ -165,9 +175,15 @@ fn rounded_shapes_without_rounding_are_their_cores() {
     let points = spatial_cloud(15, 21);
     let pairs = [
         (SpatialShape::RoundBox { size, radius: tiny }, SpatialShape::Box { size }),
-        (SpatialShape::RoundCylinder { height, radius, rounding: tiny }, SpatialShape::Cylinder { height, radius }),
+        (
+            SpatialShape::RoundCylinder { height, radius, rounding: tiny },
+            SpatialShape::Cylinder { height, radius },
+        ),
         (SpatialShape::RoundCone { height, radius, rounding: tiny }, SpatialShape::Cone { height, radius }),
-        (SpatialShape::RoundConvexHull { points: points.clone(), radius: tiny }, SpatialShape::ConvexHull { points }),
+        (
+            SpatialShape::RoundConvexHull { points: points.clone(), radius: tiny },
+            SpatialShape::ConvexHull { points },
+        ),
     ];
     for (rounded, core) in &pairs {
         assert_same(&spatial(rounded), &spatial(core), 1e-7, &format!("{core:?}"));
@@ -256,7 +272,10 @@ fn no_principal_moment_exceeds_the_sum_of_the_others() {
     shapes.push(SpatialShape::Capsule { length: 1.0, radius: 1e-6 });
     for shape in &shapes {
         let ([small, middle, large], _) = spatial(shape).inertia.eigen();
-        assert!(small > 0.0 && small + middle >= large * (1.0 - 1e-15), "{shape:?}: {small} {middle} {large}");
+        assert!(
+            small > 0.0 && small + middle >= large * (1.0 - 1e-15),
+            "{shape:?}: {small} {middle} {large}"
+        );
         assert_eq!(spatial(shape).inertia.impossible_because(), None, "{shape:?}");
     }
 }
@@ -332,15 +351,21 @@ fn massless_shapes_and_bad_densities_are_refused_with_a_remedy() {
     for shape in &massless {
         let error = mass_spatial::mass_properties(shape, 1.0).unwrap_err();
         assert!(error.remedy.contains("explicitly") && error.remedy.contains("fixed"), "{shape:?}: {error}");
-        assert!(mass_spatial::mass_properties_of(shape, &mut |p| vec![1.0; p.len()], 1e-6).is_err(), "{shape:?}");
+        assert!(
+            mass_spatial::mass_properties_of(shape, &mut |p| vec![1.0; p.len()], 1e-6).is_err(),
+            "{shape:?}"
+        );
     }
     for density in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = mass_spatial::mass_properties(&SpatialShape::Sphere { radius: 1.0 }, density).unwrap_err();
+        let error =
+            mass_spatial::mass_properties(&SpatialShape::Sphere { radius: 1.0 }, density).unwrap_err();
         assert_eq!(error.field, "density", "{density}");
     }
     let wall = SpatialPart { pose: Pose::default(), shape: massless[0].clone() };
-    let error = mass_spatial::mass_properties(&SpatialShape::Compound { parts: vec![wall] }, 1.0).unwrap_err();
+    let error =
+        mass_spatial::mass_properties(&SpatialShape::Compound { parts: vec![wall] }, 1.0).unwrap_err();
     assert!(error.field.starts_with("parts[0]"), "{error}");
-    let error = mass_spatial::mass_properties(&SpatialShape::Cone { height: 1.0, radius: 0.0 }, 1.0).unwrap_err();
+    let error =
+        mass_spatial::mass_properties(&SpatialShape::Cone { height: 1.0, radius: 0.0 }, 1.0).unwrap_err();
     assert_eq!(error.field, "radius");
 }

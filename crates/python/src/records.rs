@@ -1,7 +1,8 @@
 //! Contacts and steps as packed records that numpy reads as structured arrays without a copy. Each layout is
 //! stated once, beside the function that writes it.
 
-use carom::{Column, Geometry, Ledger, Space, StepReport, Stop, World};
+use carom::solver::Impulse;
+use carom::{Column, Geometry, Ledger, Space, StepReport, Stop, Touch, World};
 
 /// A column of a record: name, numpy's code of its type, numbers in it (0: a plain number).
 pub type Field = (&'static str, &'static str, usize);
@@ -60,73 +61,68 @@ pub const CONTACT_STATUS: [&str; 4] = ["apart", "sticks", "slips", "strikes"];
 /// Share of its limit from which friction counts as at the limit [1]: projections land there to rounding.
 const AT_THE_LIMIT: f64 = 1.0 - 1e-9;
 
-/// What a contact got in the last step: impulses [N s], friction's limit mu gamma_n [N s].
-#[derive(Clone, Copy)]
-struct Push<V> {
-    normal: f64,
-    friction: V,
-    friction_size: f64,
-    limit: f64,
-    slip: Option<V>,
+/// What a contact got in the last step: impulses [N s], friction's limit mu gamma_n [N s], slip [m/s].
+struct Push<S: Space> {
+    total: Impulse<S>,
     strikes: bool,
+    friction_size: f64,
+    slip: S::Vector,
+}
+
+/// Sums impulses of impact and of persistent contact, touch by touch.
+fn pushes<S: Geometry>(world: &World<S>) -> Vec<Push<S>> {
+    let motion = &world.bodies().motion;
+    let across = |t: &Touch<S>, arm_a: S::Vector, arm_b: S::Vector| {
+        let u = motion.twist(t.a).at(arm_a) - motion.twist(t.b).at(arm_b);
+        u - t.normal * u.dot(t.normal)
+    };
+    let nothing = Impulse { normal: 0.0, tangent: S::Slip::ZERO };
+    let strikes = world.last_strikes().iter().copied().chain(std::iter::repeat(nothing));
+    let mut all: Vec<Push<S>> = (world.touches().iter().zip(strikes))
+        .map(|(t, total)| {
+            let arm = |i: usize| t.point - motion.position[i];
+            let slip = across(t, arm(t.a), arm(t.b));
+            Push { total, strikes: total.normal > 0.0, friction_size: total.tangent.norm(), slip }
+        })
+        .collect();
+    let (problem, impulses, indices) = world.last_problem();
+    for ((&k, contact), impulse) in indices.iter().zip(&problem.contacts).zip(&impulses.contacts) {
+        all[k].total.normal += impulse.normal;
+        all[k].total.tangent += impulse.tangent;
+        all[k].friction_size += impulse.tangent.norm();
+        // the slip that friction was solved against: at the arms of the kick
+        all[k].slip = across(&world.touches()[k], contact.arm_a, contact.arm_b);
+    }
+    all
 }
 
 /// Appends the contacts of the world's last step; returns how many. Impulses of impact and of persistent contact
 /// are added up; they act on a, and against b. Slip is the velocity of a's point against b's across the normal,
 /// after the step's impulses.
 pub fn append_contacts<S: Geometry>(world: &World<S>, out: &mut Records) -> usize {
-    let touches = world.touches();
-    let nothing = Push {
-        normal: 0.0,
-        friction: S::Vector::ZERO,
-        friction_size: 0.0,
-        limit: 0.0,
-        slip: None,
-        strikes: false,
-    };
-    let mut pushes = vec![nothing; touches.len()];
-    let now = world.bodies();
-    let velocities: Vec<_> = (0..now.len()).map(|i| now.motion.twist(i)).collect();
-    for (is_impact, (problem, impulses, indices)) in
-        [(true, world.last_impacts()), (false, world.last_problem())]
-    {
-        for ((&k, contact), impulse) in indices.iter().zip(&problem.contacts).zip(&impulses.contacts) {
-            let push = &mut pushes[k];
-            let tangential = contact.to_world(impulse) - contact.normal * impulse.normal;
-            push.normal += impulse.normal;
-            push.friction += tangential;
-            push.friction_size += tangential.norm();
-            push.limit += contact.friction * impulse.normal;
-            push.strikes |= is_impact && impulse.normal > 0.0;
-            if !is_impact {
-                let u = velocities[contact.a].at(contact.arm_a) - velocities[contact.b].at(contact.arm_b);
-                push.slip = Some(u - contact.normal * u.dot(contact.normal));
-            }
+    for (t, push) in world.touches().iter().zip(pushes(world)) {
+        let mut friction = S::Vector::ZERO;
+        for k in 0..S::SLIP {
+            friction += S::tangent(t.normal, k) * push.total.tangent[k];
         }
-    }
-    for (t, push) in touches.iter().zip(&pushes) {
-        let arm = |i: usize| t.point - now.motion.position[i];
-        let slip = push.slip.unwrap_or_else(|| {
-            let u = velocities[t.a].at(arm(t.a)) - velocities[t.b].at(arm(t.b));
-            u - t.normal * u.dot(t.normal)
-        });
+        let at_the_limit = push.friction_size >= AT_THE_LIMIT * t.friction * push.total.normal;
         out.i4(t.a);
         out.i4(t.b);
         out.u8(t.id);
         out.all(t.point.as_slice());
         out.all(t.normal.as_slice());
         out.f8(t.gap);
-        out.f8(push.normal);
-        out.all(push.friction.as_slice());
-        out.all(slip.as_slice());
-        out.u1(match push.normal > 0.0 {
+        out.f8(push.total.normal);
+        out.all(friction.as_slice());
+        out.all(push.slip.as_slice());
+        out.u1(match push.total.normal > 0.0 {
             false => 0,
             true if push.strikes => 3,
-            true if push.friction_size >= AT_THE_LIMIT * push.limit => 2,
+            true if at_the_limit => 2,
             true => 1,
         });
     }
-    touches.len()
+    world.touches().len()
 }
 
 /// Columns of a step.

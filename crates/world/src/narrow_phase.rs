@@ -34,6 +34,7 @@ pub struct NarrowPhase<S: Geometry> {
     broad: BroadPhase<S>,
     bounds: Vec<Aabb<S>>,
     margins: Vec<f64>,
+    speeds: Vec<f64>,
     indices: Vec<usize>,
     movable: Vec<bool>,
     points: Vec<ContactPoint<S>>,
@@ -51,6 +52,14 @@ impl<S: Geometry> NarrowPhase<S> {
             let moves = a.inverse_mass > 0.0 || b.inverse_mass > 0.0;
             moves && a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0
         };
+        let pairs = self.broad.update(&self.bounds, &self.movable, &may_pair);
+        if share_speeds(pairs, &self.movable, &mut self.speeds) {
+            for (k, &i) in indices.iter().enumerate() {
+                self.margins[k] = reach(bodies, settings, i, dt, self.speeds[k]);
+                let Some(collider) = &data[i].collider else { continue };
+                self.bounds[k] = S::bounds(collider, &bodies.shape_pose(i), self.margins[k]);
+            }
+        }
         for &(i, j) in self.broad.update(&self.bounds, &self.movable, &may_pair) {
             let (a, b) = (self.indices[i as usize], self.indices[j as usize]);
             let margin = self.margins[i as usize] + self.margins[j as usize];
@@ -76,37 +85,63 @@ impl<S: Geometry> NarrowPhase<S> {
     fn prepare(&mut self, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) {
         self.bounds.clear();
         self.margins.clear();
+        self.speeds.clear();
         self.indices.clear();
         self.movable.clear();
         for (i, d) in bodies.data.iter().enumerate() {
             let Some(collider) = &d.collider else { continue };
-            let margin = reach(bodies, settings, i, dt);
+            let speed = speed(bodies, settings, i, dt);
+            let margin = reach(bodies, settings, i, dt, speed);
             self.bounds.push(S::bounds(collider, &bodies.shape_pose(i), margin));
             self.margins.push(margin);
+            self.speeds.push(speed);
             self.indices.push(i);
             self.movable.push(d.inverse_mass > 0.0);
         }
     }
 }
 
-/// How far a body's surface can come in a step \[m\], with twice its speed for what impacts at the step's start may
-/// make of it: its share of a pair's margin. At least 5e-4 and at most half of its size, so that a contact is
-/// never felt from further away than that.
-fn reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: f64) -> f64 {
-    if let Some(margin) = settings.contact_margin {
-        return 0.5 * margin;
-    }
+/// Largest speed of a body's surface in a step before impacts \[m/s\].
+fn speed<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: f64) -> f64 {
     let d = &bodies.data[i];
     let linear = bodies.motion.velocity[i].norm();
     if !d.extent.is_finite() {
-        return linear * dt; // a wall that is driven
+        return linear; // a wall, maybe a driven one; that it does not turn much is the user's matter
     }
-    let speed = linear + 0.5 * d.extent * bodies.motion.angular_velocity[i].norm();
+    let fall = if bodies.is_dynamic(i) { settings.gravity.norm() * dt } else { 0.0 };
+    linear + 0.5 * d.extent * bodies.motion.angular_velocity[i].norm() + fall
+}
+
+/// A body that a fast one is about to hit may be fast itself before the step is over: pairs share their speeds.
+/// True when that changed one by more than what the margins allow for anyway.
+fn share_speeds(pairs: &[(u32, u32)], movable: &[bool], speeds: &mut [f64]) -> bool {
+    let own = speeds.to_vec();
+    let mut changed = false;
+    for &(i, j) in pairs {
+        let (i, j) = (i as usize, j as usize);
+        let faster = own[i].max(own[j]);
+        for k in [i, j] {
+            if movable[k] && faster > 2.0 * own[k] && faster > speeds[k] {
+                speeds[k] = faster;
+                changed = true;
+            }
+        }
+    }
+    changed
+}
+
+/// How far a body's surface can come in a step \[m\], at twice its speed for what impacts may make of it: its share
+/// of a pair's margin. At least 5e-4 and at most half of its size, so that a contact is never felt from further
+/// away than that.
+fn reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: f64, speed: f64) -> f64 {
+    if let Some(margin) = settings.contact_margin {
+        return 0.5 * margin;
+    }
+    let extent = bodies.data[i].extent;
     if !bodies.is_dynamic(i) {
-        return (speed * dt).min(0.5 * d.extent);
+        return (speed * dt).min(0.5 * extent); // no impact changes its speed
     }
-    let fall = settings.gravity.norm() * dt;
-    (2.0 * (speed + fall) * dt).clamp(5e-4 * d.extent, 0.5 * d.extent)
+    (2.0 * speed * dt).clamp(5e-4 * extent, 0.5 * extent)
 }
 
 /// A contact's name from its bodies' serials and its feature: a fixed mixing of bits (SplitMix64's).

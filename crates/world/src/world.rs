@@ -15,7 +15,7 @@ use crate::stepping::fixed_step::{FixedStep, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Planar, Rotation, Spatial};
-use carom_solver::{ContactProblem, Impulses};
+use carom_solver::{ContactProblem, Impulse, Impulses};
 
 /// A world of the plane.
 pub type World2 = World<Planar>;
@@ -67,6 +67,8 @@ pub struct World<S: Geometry> {
     touches: Vec<Touch<S>>,
     fixed_step: FixedStep<S>,
     checkpoint: (Motion<S>, WarmStart<S>),
+    /// What the step before found; the scheme's memory is used in turns, so that a failed step loses nothing.
+    spare: (Vec<Touch<S>>, FixedStep<S>),
 }
 
 impl<S: Geometry> World<S> {
@@ -89,6 +91,7 @@ impl<S: Geometry> World<S> {
             touches: Vec::new(),
             fixed_step: FixedStep::default(),
             checkpoint: Default::default(),
+            spare: (Vec::new(), FixedStep::default()),
         })
     }
     /// Adds a body and returns its index.
@@ -201,10 +204,15 @@ impl<S: Geometry> World<S> {
     pub fn last_problem(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
         (&self.fixed_step.problem, &self.fixed_step.impulses, &self.fixed_step.pressed)
     }
-    /// The same of the last step's impacts; no indices when it had none.
+    /// The impact problem of the last step's first round, its impulses, and for each of its contacts the index into
+    /// `touches`; no indices when nothing struck.
     pub fn last_impacts(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
         let impacts = &self.fixed_step.impacts;
         (&impacts.problem, &impacts.impulses, &impacts.struck)
+    }
+    /// Impulses that the last step's impacts gave to each of its touches, in contact frames.
+    pub fn last_strikes(&self) -> &[Impulse<S>] {
+        &self.fixed_step.impacts.totals
     }
     /// The problem that a step of length `dt` \[s\] would solve from here. The world does not change, but its
     /// force fields are asked as in a step.
@@ -215,9 +223,13 @@ impl<S: Geometry> World<S> {
         let motion = self.bodies.motion.clone();
         let (warm, applied, touches) = (self.warm.clone(), self.applied.clone(), self.touches.clone());
         let (time, steps, ledger) = (self.time, self.steps, self.ledger);
-        let scheme = std::mem::take(&mut self.fixed_step);
         let taken = self.step(dt);
-        let tried = std::mem::replace(&mut self.fixed_step, scheme);
+        // a step that succeeded left its problem in the scheme and the one before in the spare, a refused one
+        // has them swapped back already: either way the tried scheme is taken out and the old one stays
+        if taken.is_ok() {
+            self.swap_scheme();
+        }
+        let tried = std::mem::take(&mut self.spare.1);
         self.bodies.motion.copy_from(&motion);
         (self.warm, self.applied, self.touches) = (warm, applied, touches);
         (self.time, self.steps, self.ledger) = (time, steps, ledger);
@@ -226,8 +238,12 @@ impl<S: Geometry> World<S> {
             Err(error) => return Err(error),
             Ok(_) => {}
         }
-        let mut problem = if phase == Phase::Impact { tried.impacts.problem } else { tried.problem };
-        if problem.inverse_masses.is_empty() {
+        if phase == Phase::Contact {
+            return Ok(tried.problem);
+        }
+        let mut problem = tried.impacts.problem;
+        if tried.impacts.struck.is_empty() {
+            // nothing approaches: a problem without contacts, and not that of an earlier step
             assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
         }
         Ok(problem)
@@ -241,16 +257,19 @@ impl<S: Geometry> World<S> {
         self.check_before(dt)?;
         self.checkpoint.0.copy_from(&self.bodies.motion);
         self.checkpoint.1.clone_from(&self.warm);
+        self.swap_scheme();
         let taken = self.advance(dt);
         if taken.is_err() {
             self.bodies.motion.copy_from(&self.checkpoint.0);
             self.warm.clone_from(&self.checkpoint.1);
-            // contacts of a step that was not taken belong to no motion
-            self.touches.clear();
-            self.fixed_step.pressed.clear();
-            self.fixed_step.impacts.struck.clear();
+            self.swap_scheme();
         }
         taken
+    }
+
+    fn swap_scheme(&mut self) {
+        std::mem::swap(&mut self.touches, &mut self.spare.0);
+        std::mem::swap(&mut self.fixed_step, &mut self.spare.1);
     }
 
     fn advance(&mut self, dt: f64) -> Result<StepReport<S>, StepError> {
@@ -363,6 +382,11 @@ impl<S: Geometry> World<S> {
                 if !values.iter().all(|x| x.is_finite()) || (field == "rotation" && values.iter().all(|x| *x == 0.0)) {
                     return Err(self.not_finite(i, field, format!("{values:?}"), stage, remedy));
                 }
+            }
+            // finite numbers whose squares are not would turn every sum over bodies into infinity
+            let energy = self.bodies.translational_energy(i) + self.bodies.rotational_energy(i);
+            if !energy.is_finite() {
+                return Err(self.not_finite(i, "kinetic energy", format!("{energy}"), stage, remedy));
             }
         }
         Ok(())

@@ -1,14 +1,19 @@
 //! Shapes and comparisons that the mass tests share.
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
-use carom_geometry::{MassProperties, PlanarPart, PlanarShape, SpatialPart, SpatialShape, mass_planar, mass_spatial};
-use carom_math::{Column, Inertia, Planar, Pose, Quaternion, Rotation, Space, Spatial, Turn, Vec2, Vec3, vec2, vec3};
+use carom_geometry::{
+    MassProperties, PlanarPart, PlanarShape, SpatialPart, SpatialShape, mass_planar, mass_spatial,
+};
+use carom_math::{
+    Column, Inertia, Planar, Pose, Quaternion, Rotation, Space, Spatial, Turn, Vec2, Vec3, vec2, vec3,
+};
 
 /// Largest relative difference: of mass, of centre over the radius of gyration, of inertia over m k^2.
 pub fn difference<S: Space>(a: &MassProperties<S>, b: &MassProperties<S>) -> f64 {
     let largest = b.inertia.entries().iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let gyration = (largest / b.mass).sqrt();
-    let inertia = a.inertia.entries().iter().zip(b.inertia.entries()).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
+    let inertia =
+        a.inertia.entries().iter().zip(b.inertia.entries()).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
     (a.mass / b.mass - 1.0).abs().max((a.center - b.center).norm() / gyration).max(inertia / largest)
 }
 
@@ -51,7 +56,10 @@ pub fn spatial_cloud(count: usize, seed: u64) -> Vec<Vec3> {
 
 /// One of every kind of planar shape with an area.
 pub fn planar_shapes() -> Vec<PlanarShape> {
-    let part = |x: f64, y: f64, angle: f64, shape| PlanarPart { pose: Pose::new(vec2(x, y), Turn::from_angle(angle)), shape };
+    let part = |x: f64, y: f64, angle: f64, shape| PlanarPart {
+        pose: Pose::new(vec2(x, y), Turn::from_angle(angle)),
+        shape,
+    };
     vec![
         PlanarShape::Circle { radius: 0.7 },
         PlanarShape::Capsule { length: 1.3, radius: 0.4 },
@@ -116,8 +124,20 @@ pub fn spatial_shapes() -> Vec<SpatialShape> {
         SpatialShape::Compound {
             parts: vec![
                 part(0.4, 0.1, -0.2, vec3(0.3, 0.2, -0.7), SpatialShape::Cone { height: 1.0, radius: 0.2 }),
-                part(-0.4, 0.6, 0.5, vec3(-1.3, 0.4, 0.0), SpatialShape::Capsule { length: 0.5, radius: 0.2 }),
-                part(0.0, -1.0, 0.3, vec3(0.1, 2.0, 0.5), SpatialShape::RoundBox { size: [0.5, 0.2, 0.3], radius: 0.1 }),
+                part(
+                    -0.4,
+                    0.6,
+                    0.5,
+                    vec3(-1.3, 0.4, 0.0),
+                    SpatialShape::Capsule { length: 0.5, radius: 0.2 },
+                ),
+                part(
+                    0.0,
+                    -1.0,
+                    0.3,
+                    vec3(0.1, 2.0, 0.5),
+                    SpatialShape::RoundBox { size: [0.5, 0.2, 0.3], radius: 0.1 },
+                ),
             ],
         },
     ]
@@ -157,13 +177,23 @@ pub fn spatial(shape: &SpatialShape) -> MassProperties<Spatial> {
 }
 
 /// Properties of a density function, one point at a time.
-pub fn planar_of(shape: &PlanarShape, density: impl Fn(Vec2) -> f64, tolerance: f64) -> MassProperties<Planar> {
+pub fn planar_of(
+    shape: &PlanarShape,
+    density: impl Fn(Vec2) -> f64,
+    tolerance: f64,
+) -> MassProperties<Planar> {
     let mut density = |points: &[Vec2]| points.iter().map(|p| density(*p)).collect();
-    mass_planar::mass_properties_of(shape, &mut density, tolerance).unwrap_or_else(|e| panic!("{shape:?}: {e}"))
+    mass_planar::mass_properties_of(shape, &mut density, tolerance)
+        .unwrap_or_else(|e| panic!("{shape:?}: {e}"))
 }
 
 /// Properties of a density function, one point at a time.
-pub fn spatial_of(shape: &SpatialShape, density: impl Fn(Vec3) -> f64, tolerance: f64) -> MassProperties<Spatial> {
+pub fn spatial_of(
+    shape: &SpatialShape,
+    density: impl Fn(Vec3) -> f64,
+    tolerance: f64,
+) -> MassProperties<Spatial> {
     let mut density = |points: &[Vec3]| points.iter().map(|p| density(*p)).collect();
-    mass_spatial::mass_properties_of(shape, &mut density, tolerance).unwrap_or_else(|e| panic!("{shape:?}: {e}"))
+    mass_spatial::mass_properties_of(shape, &mut density, tolerance)
+        .unwrap_or_else(|e| panic!("{shape:?}: {e}"))
 }

@@ -16,7 +16,7 @@ use crate::observe::report::SolveReport;
 use crate::settings::{ImpactLaw, Settings};
 use carom_geometry::Geometry;
 use carom_math::Column;
-use carom_solver::{ContactProblem, ImpulseSolver, Impulses, Outcome, SolveSettings, Stop, Twist};
+use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, SolveSettings, Stop, Twist};
 use islands::Islands;
 
 /// Rounds of impacts within a step; a blow that runs through more bodies goes on in the next step.
@@ -79,6 +79,8 @@ pub struct Impacts<S: Geometry> {
     pub impulses: Impulses<S>,
     /// Index into the step's touches of each contact of the problem; empty when nothing approached.
     pub struck: Vec<usize>,
+    /// Impulse of each of the step's touches over all rounds, in its contact frame.
+    pub totals: Vec<Impulse<S>>,
     /// Problem, impulses and indices of the later rounds.
     later: (ContactProblem<S>, Impulses<S>, Vec<usize>),
     after: Vec<Twist<S>>,
@@ -98,6 +100,7 @@ impl<S: Geometry> Default for Impacts<S> {
             impulses,
             problem,
             struck: Vec::new(),
+            totals: Vec::new(),
             after: Vec::new(),
             bounces: Vec::new(),
             parts: Vec::new(),
@@ -120,6 +123,8 @@ impl<S: Geometry> Impacts<S> {
         self.resolved.clear();
         self.resolved.resize(touches.len(), false);
         self.struck.clear();
+        self.totals.clear();
+        self.totals.resize(touches.len(), Impulse::default());
         let mut report: Option<SolveReport> = None;
         let mut round = 0;
         while round < ROUNDS && self.is_called(bodies, touches, settings.impact, thresholds) {
@@ -166,6 +171,10 @@ impl<S: Geometry> Impacts<S> {
         ledger: &mut Ledger,
     ) -> SolveReport {
         let outcome = self.solve(bodies, settings, thresholds, solver);
+        for (&k, g) in self.struck.iter().zip(&self.impulses.contacts) {
+            self.totals[k].normal += g.normal;
+            self.totals[k].tangent += g.tangent;
+        }
         self.after.clear();
         self.after.extend_from_slice(&self.problem.velocities);
         self.problem.apply(&self.impulses, &mut self.after);

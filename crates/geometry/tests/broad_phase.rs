@@ -1,0 +1,106 @@
+//! The broad phase against all pairs.
+
+mod common;
+use carom_geometry::{Aabb, BroadPhase};
+use carom_math::{Column, Planar, Space, Spatial};
+use common::*;
+
+fn all_pairs<S: Space>(
+    bounds: &[Aabb<S>],
+    movable: &[bool],
+    may_pair: &dyn Fn(usize, usize) -> bool,
+) -> Vec<(u32, u32)> {
+    let mut pairs = Vec::new();
+    for i in 0..bounds.len() {
+        for j in i + 1..bounds.len() {
+            let (a, b) = (&bounds[i], &bounds[j]);
+            let overlap = (0..S::DIM).all(|k| a.min[k] <= b.max[k] && b.min[k] <= a.max[k]);
+            if overlap && (movable[i] || movable[j]) && may_pair(i, j) {
+                pairs.push((i as u32, j as u32));
+            }
+        }
+    }
+    pairs
+}
+
+/// Boxes of all kinds: many small, some large, some equal, some touching, some points, some unbounded.
+fn boxes<S: Space>(random: &mut Random, count: usize) -> Vec<Aabb<S>> {
+    let mut boxes: Vec<Aabb<S>> = Vec::new();
+    for i in 0..count {
+        let center = S::Vector::from_fn(|_| 5.0 * random.signed());
+        let size = [0.2, 1.0, 8.0][random.below(3)];
+        let half = S::Vector::from_fn(|_| size * random.unit());
+        let mut b = Aabb { min: center - half, max: center + half };
+        match random.below(12) {
+            0 if i > 0 => b = boxes[random.below(i)],
+            1 if i > 0 => {
+                // touches an earlier one exactly
+                let other = boxes[random.below(i)];
+                if other.max.is_finite() {
+                    b.max = b.max + (other.max - b.min);
+                    b.min = other.max;
+                }
+            }
+            2 => b.max = b.min,
+            3 if random.below(4) == 0 => b.min = S::Vector::from_fn(|_| f64::NEG_INFINITY),
+            4 if random.below(8) == 0 => {
+                b.min = S::Vector::from_fn(|_| f64::NEG_INFINITY);
+                b.max = S::Vector::from_fn(|_| f64::INFINITY);
+            }
+            5 => {
+                let far = S::Vector::from_fn(|_| 1e12);
+                b = Aabb { min: b.min - far, max: b.max + far };
+            }
+            _ => {}
+        }
+        boxes.push(b);
+    }
+    boxes
+}
+
+fn equals_all_pairs<S: Space>() {
+    let mut random = Random::new(31);
+    let mut phase = BroadPhase::<S>::new();
+    for round in 0..60 {
+        let count = [0, 1, 2, 5, 40, 200][round % 6];
+        let bounds = boxes::<S>(&mut random, count);
+        let movable: Vec<bool> = (0..count).map(|_| random.unit() < 0.7).collect();
+        let may_pair = |i: usize, j: usize| (i * 7 + j) % 5 != 0;
+        let expected = all_pairs(&bounds, &movable, &may_pair);
+        assert_eq!(phase.update(&bounds, &movable, &may_pair), expected, "round {round}");
+        assert!(expected.windows(2).all(|w| w[0] < w[1]));
+    }
+}
+
+#[test]
+fn it_finds_all_pairs_and_only_them_in_order() {
+    equals_all_pairs::<Planar>();
+    equals_all_pairs::<Spatial>();
+}
+
+#[test]
+fn the_pairs_do_not_depend_on_what_was_asked_before() {
+    let mut random = Random::new(32);
+    let bounds = boxes::<Spatial>(&mut random, 100);
+    let movable = vec![true; 100];
+    let mut used = BroadPhase::<Spatial>::new();
+    for _ in 0..5 {
+        let other = boxes::<Spatial>(&mut random, 50);
+        used.update(&other, &movable[..50], &|_, _| true);
+    }
+    let fresh = BroadPhase::<Spatial>::new().update(&bounds, &movable, &|_, _| true).to_vec();
+    assert_eq!(used.update(&bounds, &movable, &|_, _| true), fresh);
+}
+
+#[test]
+fn fixed_bodies_never_pair_with_each_other_and_the_filter_sees_ordered_pairs() {
+    let unit = Aabb::<Planar> { min: Column::ZERO, max: Column::from_fn(|_| 1.0) };
+    let seen = std::cell::RefCell::new(Vec::new());
+    let mut phase = BroadPhase::<Planar>::new();
+    let pairs = phase.update(&[unit; 4], &[false, true, false, false], &|i, j| {
+        seen.borrow_mut().push((i, j));
+        j != 3
+    });
+    assert_eq!(pairs, [(0, 1), (1, 2)]);
+    assert!(seen.borrow().iter().all(|(i, j)| i < j));
+}

@@ -1,0 +1,88 @@
+//! Snapshots restore the trajectory, warm starts included, bit for bit.
+
+use crate::determinism::heap;
+use crate::harness::*;
+use carom::{BuildError, Planar, Settings, Spatial, World, Wrench};
+
+in_plane_and_space!(
+    a_run_continued_from_a_snapshot_equals_the_uninterrupted_run,
+    a_snapshot_of_a_restored_world_is_the_same_text,
+    a_snapshot_keeps_forces_that_wait_for_the_next_step,
+    a_snapshot_names_the_force_fields_that_it_cannot_hold,
+    a_damaged_snapshot_is_refused,
+);
+
+fn restored<S: Dimension>(text: &str) -> World<S> {
+    World::from_snapshot(text).unwrap_or_else(|e: BuildError| panic!("{e}")).0
+}
+
+/// Stop in the middle of the collisions, restore, go on.
+pub fn a_run_continued_from_a_snapshot_equals_the_uninterrupted_run<S: Dimension>() {
+    let mut w = heap::<S>(Settings { iterations: 7, ..Settings::default() });
+    settle(&mut w, 0.6);
+    let mut copy = restored::<S>(&w.snapshot());
+    assert_eq!(bits(&w), bits(&copy));
+    settle(&mut w, 0.6);
+    settle(&mut copy, 0.6);
+    assert_eq!(bits(&w), bits(&copy), "the warm starts are part of the snapshot");
+    assert_eq!(w.time().to_bits(), copy.time().to_bits());
+    assert_eq!(w.ledger(), copy.ledger());
+    // seven iterations leave the solves inexact, so a lost warm start would show
+    let mut cold = restored::<S>(&copy.snapshot());
+    let mut settings = cold.settings().clone();
+    settings.warm_start = false;
+    cold.set_settings(settings).expect("possible");
+    settle(&mut cold, 0.1);
+    settle(&mut copy, 0.1);
+    assert_ne!(bits(&cold), bits(&copy));
+}
+
+/// Nothing is lost on the way through the text.
+pub fn a_snapshot_of_a_restored_world_is_the_same_text<S: Dimension>() {
+    let mut w = heap::<S>(Settings::default());
+    settle(&mut w, 0.4);
+    w.remove("body3").expect("it is there");
+    settle(&mut w, 0.1);
+    let text = w.snapshot();
+    assert_eq!(text, restored::<S>(&text).snapshot());
+}
+
+/// A force applied before the snapshot acts after it.
+pub fn a_snapshot_keeps_forces_that_wait_for_the_next_step<S: Dimension>() {
+    let mut w = heap::<S>(Settings::default());
+    w.apply_wrench(3, Wrench { force: S::at(50.0, 80.0), torque: S::turn(2.0) });
+    let mut copy = restored::<S>(&w.snapshot());
+    step(&mut w);
+    step(&mut copy);
+    assert_eq!(bits(&w), bits(&copy));
+    assert!(w.ledger().applied != 0.0);
+}
+
+/// Force fields are code: their names come back, to be set again.
+pub fn a_snapshot_names_the_force_fields_that_it_cannot_hold<S: Dimension>() {
+    let mut w = heap::<S>(Settings::default());
+    w.set_force_field("wind", Box::new(|_: f64, _: &carom::Motion<S>, out: &mut [Wrench<S>]| out[2].force += S::at(1.0, 0.0)));
+    let (_, missing) = World::<S>::from_snapshot(&w.snapshot()).expect("a snapshot");
+    assert_eq!(missing, ["wind"]);
+}
+
+/// Texts that are no snapshots, of the other space, or with impossible numbers are refused, naming the trouble.
+pub fn a_damaged_snapshot_is_refused<S: Dimension>() {
+    let text = heap::<S>(Settings::default()).snapshot();
+    for (damaged, named) in [
+        (text[..text.len() / 2].to_string(), "snapshot"),
+        (text.replace("\"version\":1", "\"version\":99"), "version 99"),
+        (text.replacen("\"friction\":0.4", "\"friction\":-0.4", 1), "friction"),
+        (text.replacen("\"dt\":0.0", "\"dt\":-0.0", 1), "dt"),
+    ] {
+        let error = World::<S>::from_snapshot(&damaged).err().expect("refused").to_string();
+        assert!(error.contains(named), "{error} should name {named}");
+    }
+}
+
+/// A snapshot of the plane is not one of space.
+#[test]
+fn a_snapshot_of_the_other_space_is_refused() {
+    let text = heap::<Planar>(Settings::default()).snapshot();
+    assert!(World::<Spatial>::from_snapshot(&text).is_err());
+}
