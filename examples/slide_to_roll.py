@@ -4,7 +4,9 @@ from carom import spatial
 
 w = spatial.World(dt=1 / 1000, tolerance=1e-10)
 w.add_static("table", spatial.HalfSpace(normal=(0, 0, 1)), friction=0.2)
-w.add_body("ball", spatial.Sphere(0.1), density=1000.0, position=(0, 0, 0.1), velocity=(5, 0, 0), friction=0.2)
+w.add_body(
+    "ball", spatial.Sphere(0.1), density=1000.0, position=(0, 0, 0.1), velocity=(5, 0, 0), friction=0.2
+)
 
 run = w.run(1.0)
 print(run)

@@ -156,13 +156,13 @@ def plain_mass_of(
     def batch(points: Floats) -> Floats:
         answer = density(frozen(points))
         try:
-            array = np.ascontiguousarray(answer, dtype=np.float64)
+            array = np.asarray(answer, dtype=np.float64)
         except (TypeError, ValueError):
             array = np.zeros(())
         if array.shape != (len(points),):
             remedy = "take (n, d) points and return (n,) densities"
             raise refused(name, "density", f"must return ({len(points)},) numbers", answer, remedy)
-        return array
+        return np.ascontiguousarray(array)
 
     with attributed({"shape": table, "density": density, "relative_tolerance": tolerance}, name):
         return space.pieces.mass_properties_of(json.dumps(table), batch, tolerance)

@@ -45,7 +45,7 @@ def loads(name: str, function: Force, space: Space) -> Callable[[float, Floats, 
 
 def _load(name: str, part: str, value: Any, shape: tuple[int, ...], unit: str) -> Floats:
     try:
-        array = np.ascontiguousarray(value, dtype=np.float64)
+        array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         array = np.zeros(())
     if array.shape != shape:
@@ -55,4 +55,4 @@ def _load(name: str, part: str, value: Any, shape: tuple[int, ...], unit: str) -
             f"force field {name!r}: {part} must be a {shape} array, {got}; {remedy}",
             field=name, value=value, remedy=remedy,
         )  # fmt: skip
-    return array.reshape(-1)
+    return np.ascontiguousarray(array).reshape(-1)

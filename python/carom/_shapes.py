@@ -47,12 +47,10 @@ def _fields(shape: Any) -> list[tuple[str, Any]]:
     return [(field.name, field.default) for field in dataclasses.fields(shape)]
 
 
-_value = dataclass(frozen=True, eq=False, repr=False)
-
 Part = Mapping[str, Any] | tuple[Any, ...]
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class Circle(Shape):
     """Disc about the origin."""
 
@@ -60,7 +58,7 @@ class Circle(Shape):
     radius: float
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class Sphere(Shape):
     """Ball about the origin."""
 
@@ -68,7 +66,7 @@ class Sphere(Shape):
     radius: float
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class Capsule(Shape):
     """Segment of `length` along x (plane) or z (space), swept by a disc or ball."""
 
@@ -107,7 +105,7 @@ class RoundBox(Shape):
         return f"RoundBox({', '.join(map(str, self.size))}, radius={self.radius})"
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class ConvexPolygon(Shape):
     """Convex hull of (k, 2) points."""
 
@@ -115,7 +113,7 @@ class ConvexPolygon(Shape):
     points: npt.ArrayLike
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class RoundPolygon(Shape):
     """Convex hull of (k, 2) points, swept by a disc."""
 
@@ -124,7 +122,7 @@ class RoundPolygon(Shape):
     radius: float
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class Segment(Shape):
     """Straight wall between two points; no mass."""
 
@@ -133,7 +131,7 @@ class Segment(Shape):
     b: npt.ArrayLike
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class Polyline(Shape):
     """Chain of straight walls through (k, 2) points; no mass."""
 
@@ -142,7 +140,7 @@ class Polyline(Shape):
     closed: bool = False
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class HalfPlane(Shape):
     """Everything behind the line through the origin with this outward normal; no mass."""
 
@@ -150,7 +148,7 @@ class HalfPlane(Shape):
     normal: npt.ArrayLike = (0.0, 1.0)
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class HeightLine(Shape):
     """(k,) heights over equally spaced abscissae that span `width` about the origin; no mass."""
 
@@ -160,7 +158,7 @@ class HeightLine(Shape):
     width: float
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class Cylinder(Shape):
     """Solid cylinder along z."""
 
@@ -169,7 +167,7 @@ class Cylinder(Shape):
     radius: float
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class Cone(Shape):
     """Solid cone along z, base at -height/2, apex at +height/2."""
 
@@ -178,7 +176,7 @@ class Cone(Shape):
     radius: float
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class RoundCylinder(Shape):
     """Cylinder of core `height` and `radius`, swept by a ball of `rounding`."""
 
@@ -188,7 +186,7 @@ class RoundCylinder(Shape):
     rounding: float
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class RoundCone(Shape):
     """Cone of core `height` and `radius`, swept by a ball of `rounding`."""
 
@@ -198,7 +196,7 @@ class RoundCone(Shape):
     rounding: float
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class ConvexHull(Shape):
     """Convex hull of (k, 3) points."""
 
@@ -206,7 +204,7 @@ class ConvexHull(Shape):
     points: npt.ArrayLike
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class RoundConvexHull(Shape):
     """Convex hull of (k, 3) points, swept by a ball."""
 
@@ -215,7 +213,7 @@ class RoundConvexHull(Shape):
     radius: float
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class TriMesh(Shape):
     """(t, 3) triangles over (v, 3) vertices: a surface as obstacle; for mass a closed, outward one."""
 
@@ -224,7 +222,7 @@ class TriMesh(Shape):
     triangles: npt.ArrayLike
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class HalfSpace(Shape):
     """Everything behind the plane through the origin with this outward normal; no mass."""
 
@@ -232,7 +230,7 @@ class HalfSpace(Shape):
     normal: npt.ArrayLike = (0.0, 0.0, 1.0)
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class HeightField(Shape):
     """(rows, columns) heights (row = y, column = x) over a rectangle `size` about the origin; no mass."""
 
@@ -241,7 +239,7 @@ class HeightField(Shape):
     size: tuple[float, float]
 
 
-@_value
+@dataclass(frozen=True, eq=False, repr=False)
 class Compound(Shape):
     """Several shapes in one body; parts are (shape, position) or (shape, position, rotation)."""
 
@@ -249,8 +247,10 @@ class Compound(Shape):
     parts: Sequence[Part]
 
     def to_dict(self) -> dict[str, Any]:
-        """The shape as a plain table; parts as they were given."""
-        return {"type": self.type, "parts": list(self.parts)}
+        """The shape as a plain table."""
+        given = self.parts
+        parts = given if isinstance(given, (str, Mapping)) else [_plain_part(part) for part in given]
+        return {"type": self.type, "parts": parts}
 
 
 _PLANAR: tuple[type[Shape], ...] = (
@@ -339,6 +339,15 @@ def shape_from_json(text: str, space: Space) -> Shape:
     return made(**table)
 
 
+def _plain_part(part: Any) -> Any:
+    """A part of a compound as a table; what is none stays as it is and is refused where it is used."""
+    if not isinstance(part, (tuple, list)) or len(part) not in (2, 3):
+        return part
+    shape = part[0].to_dict() if isinstance(part[0], Shape) else part[0]
+    pose = {"position": _listed(part[1])} | ({"rotation": _listed(part[2])} if len(part) == 3 else {})
+    return {"pose": pose, "shape": shape}
+
+
 def _at(body: str | None) -> str:
     return f"body {body!r}: " if body is not None else ""
 
@@ -359,9 +368,8 @@ def _listed(value: Any) -> Any:
 
 
 def _brief(name: str, value: Any) -> str:
-    shape = np.shape(value) if name not in ("parts",) else (len(value),)
     if name in ("points", "vertices", "triangles", "parts"):
-        return f"<{shape[0]} {name}>"
+        return f"<{len(value)} {name}>"
     return f"{name}={shown(value)}"
 
 
@@ -409,13 +417,17 @@ def _points(value: Any, space: Space, kind: str, path: str, body: str | None) ->
 def _heights(value: Any, space: Space, kind: str, path: str, body: str | None) -> Any:
     if space.is_planar:
         return _array(value, space, "list of heights", path, body, 0)
-    array = np.asarray(value)
-    columns = array.shape[1] if array.ndim == 2 else 1
-    return _array(value, space, "table of heights, rows along y", path, body, columns)
+    is_table = isinstance(value, (list, tuple, np.ndarray)) and len(value) > 0 and np.ndim(value[0]) == 1
+    return _array(
+        value, space, "table of heights, rows along y", path, body, len(value[0]) if is_table else 1
+    )
 
 
 def _triangles(value: Any, space: Space, kind: str, path: str, body: str | None) -> Any:
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        array = np.zeros(0)
     whole = array.ndim == 2 and array.shape[1] == 3 and np.issubdtype(array.dtype, np.integer)
     if not whole or (len(array) and (array.min() < 0 or array.max() >= 2**32)):
         raise refused(body, path, "must be (t, 3) vertex indices", value, "give whole numbers counted from 0")

@@ -69,8 +69,8 @@ class Space:
         else:
             remedy = "give a quaternion (w, x, y, z), e.g. (cos(a/2), 0, 0, sin(a/2)) for a turn by a about z"
             found = _numbers(value, 4, field, remedy, body)
-        if len(found) > 1 and not math.hypot(*found) > 0:
-            raise refused(body, field, "must not have length 0", value, remedy)
+        if len(found) > 1 and not 1e-150 < math.hypot(*found) < 1e150:  # beyond, its square is 0 or infinite
+            raise refused(body, field, "must have a length that is not 0", value, remedy)
         return found
 
     def stored_rotation(self, value: Any, field: str = "rotation", body: str | None = None) -> list[float]:
@@ -85,7 +85,7 @@ class Space:
         full = np.array(_numbers(value, 9, field, remedy, body, shape=(3, 3))).reshape(3, 3)
         if not np.allclose(full, full.T, rtol=1e-9, atol=1e-12 * np.abs(full).max()):
             raise refused(body, field, "must be symmetric", value, remedy)
-        middle = (full + full.T) / 2
+        middle = full / 2 + full.T / 2
         return [float(middle[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
 
     def full_inertia(self, entries: list[float]) -> Any:
@@ -169,4 +169,3 @@ def space_of_vector(value: Any, field: str) -> Space:
     if length not in (2, 3):
         raise refused(None, field, "must be 2 or 3 numbers", value, "give (x, y) or (x, y, z)")
     return PLANAR if length == 2 else SPATIAL
-

@@ -540,10 +540,11 @@ class World:
         ViewError
             While arrays over the bodies are alive.
         """
-        if not isinstance(snapshot, (bytes, bytearray)):
+        given: Any = snapshot
+        if not isinstance(given, (bytes, bytearray)):
             remedy = "give what w.snapshot() returned"
-            raise refused(None, "snapshot", "must be a snapshot", snapshot, remedy)
-        self._native.restore(snapshot.decode(errors="replace"))
+            raise refused(None, "snapshot", "must be a snapshot", given, remedy)
+        self._native.restore(given.decode(errors="replace"))
         self._late_error = None
         self._forces = {name: self._forces[name] for name in self.forces}
 

@@ -114,4 +114,6 @@ def unknown(what: str, word: str, known: list[str], body: str | None = None) -> 
 
     remedy = did_you_mean(word, known) or f"known: {', '.join(known)}"
     place = f"body {body!r}: " if body is not None else ""
-    return BuildError(f"{place}unknown {what} {word!r}; {remedy}", body=body, field=word, value=word, remedy=remedy)
+    return BuildError(
+        f"{place}unknown {what} {word!r}; {remedy}", body=body, field=word, value=word, remedy=remedy
+    )

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from spaces import PLANE, SPACE, Face, both
 
 from carom import BuildError, collision, planar, spatial
 from carom.collision import Side
-from spaces import PLANE, SPACE, Face, both
 
 
 @both
@@ -86,7 +86,7 @@ def test_effective_mass_in_space_is_the_formula() -> None:
             inverse_inertia, inverse_mass, arm = root @ root.T, draw.uniform(0.1, 2), draw.normal(size=3)
             sides.append(Side(arm, None, None, inverse_mass, inverse_inertia))
             lever = np.cross(arm, n)
-            total += inverse_mass + lever @ inverse_inertia @ lever
+            total += inverse_mass + float(lever @ inverse_inertia @ lever)
         assert collision.effective_mass(n, *sides) == pytest.approx(1 / total, rel=1e-12)
 
 
@@ -126,7 +126,9 @@ def test_both_modules_have_the_pieces() -> None:
 
 def test_wrong_arguments_say_what_helps() -> None:
     ball = Side(inverse_mass=1.0)
-    with pytest.raises(BuildError, match=r"direction must have length 1, got \(0, 2\); divide it by its length"):
+    with pytest.raises(
+        BuildError, match=r"direction must have length 1, got \(0, 2\); divide it by its length"
+    ):
         collision.effective_mass((0, 2), ball, None)
     with pytest.raises(BuildError, match=r"normal must be 2 or 3 numbers, got \(1,\); give \(x, y\) or"):
         collision.normal_velocity((1,), ball, None)
@@ -136,11 +138,11 @@ def test_wrong_arguments_say_what_helps() -> None:
         collision.effective_mass((0, 1), Side(inverse_mass=-1), None)
     with pytest.raises(BuildError, match=r"restitution must be in \[0, 1\], got 2.0"):
         collision.collide(ball, None, (0, 1), 2)
-    with pytest.raises(BuildError, match="shape_b.type must be a shape of the planar world, got 'sphere'"):
+    with pytest.raises(BuildError, match=r"shape_b.type must be a shape of the planar world, got 'sphere'"):
         collision.detect(PLANE.ball(1), (0, 0), SPACE.ball(1), (0, 0))
     with pytest.raises(BuildError, match="pose_b must be of the same space as pose_a"):
         collision.detect(PLANE.ball(1), (0, 0), SPACE.ball(1), (0, 0, 0))
     with pytest.raises(BuildError, match="directions must not have length 0"):
         collision.raycast(PLANE.ball(1), (0, 0), (1, 1), (0, 0))
-    with pytest.raises(BuildError, match="shape.radius must be finite and > 0, got -1"):
+    with pytest.raises(BuildError, match=r"shape.radius must be finite and > 0, got -1"):
         collision.raycast(planar.Circle(-1), (0, 0), (1, 1), (0, 1))

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from spaces import PLANE, Face, both
 
 from carom import BuildError, StepError, planar, spatial
-from spaces import PLANE, Face, both
 
 
 @both
@@ -59,7 +59,7 @@ def test_time_forces_and_torques(face: Face) -> None:
     assert len(times) == 1
 
 
-class Overheated(Exception):
+class OverheatedError(Exception):
     pass
 
 
@@ -74,14 +74,14 @@ def test_an_exception_in_a_force_field_comes_out_and_nothing_has_changed(face: F
         nonlocal calls
         calls += 1
         if calls == 3:
-            raise Overheated("sensor 7")
+            raise OverheatedError("sensor 7")
         return np.zeros_like(x)
 
     w.add_force("field", field)
     w.step()
     w.step()
     before = w.snapshot()
-    with pytest.raises(Overheated, match="sensor 7") as caught:
+    with pytest.raises(OverheatedError, match="sensor 7") as caught:
         w.step()
     assert any("field" in entry.name for entry in caught.traceback)
     assert w.snapshot() == before
@@ -94,18 +94,21 @@ def test_an_exception_in_a_force_field_comes_out_and_nothing_has_changed(face: F
     ("answer", "message"),
     [
         (lambda x: None, r"force must be a \(2, \d\) array, got None"),
-        (lambda x: x[0], r"force must be a \(2, \d\) array, got shape \(\d,\); return a row for each body in N"),
-        (lambda x: "push", r"got 'push'"),
+        (
+            lambda x: x[0],
+            r"force must be a \(2, \d\) array, got shape \(\d,\); return a row for each body in N",
+        ),
+        (lambda x: "push", r"force must be a \(2, \d\) array, got 'push'"),
         (lambda x: {"forces": x}, "unknown key 'forces'; give 'force' and 'torque'"),
         (lambda x: {"force": x, "torque": x[0, 0]}, r"torque must be a \(2"),
-        (lambda x: x + np.inf, r"gives body 'box0' force .* return finite numbers"),
+        (lambda x: x + np.inf, r"gives body 'floor' force .* return finite numbers"),
     ],
 )
 def test_wrong_answers_of_force_fields(face: Face, answer: Any, message: str) -> None:
     w = face.stack(1)
     before = w.snapshot()
     w.add_force("wind", lambda t, x, v: answer(x))
-    with pytest.raises(StepError, match=f"force field 'wind': {message}") as caught:
+    with pytest.raises(StepError, match=f"force field 'wind'.*{message}") as caught:
         w.step()
     assert caught.value.field == "wind"
     w.remove_force("wind")
@@ -126,7 +129,9 @@ def test_a_density_function_in_the_plane() -> None:
     """Density r^2 over a disc of radius R: m = pi R^4 / 2, I = pi R^6 / 3."""
     w = planar.World()
     radius = 2.0
-    body = w.add_body("d", planar.Circle(radius), density=lambda p: (p**2).sum(axis=1), density_tolerance=1e-9)
+    body = w.add_body(
+        "d", planar.Circle(radius), density=lambda p: (p**2).sum(axis=1), density_tolerance=1e-9
+    )
     found = body.mass_properties
     assert found.mass == pytest.approx(math.pi * radius**4 / 2, rel=1e-9)
     assert found.inertia == pytest.approx(math.pi * radius**6 / 3, rel=1e-9)
@@ -156,9 +161,17 @@ def test_a_density_function_with_a_jump_in_space() -> None:
     ("density", "error", "message"),
     [
         (lambda p: 1 / 0, ZeroDivisionError, "division by zero"),
-        (lambda p: p, BuildError, r"density must return \(\d+,\) numbers, got .*; take \(n, d\) points and return"),
+        (
+            lambda p: p,
+            BuildError,
+            r"density must return \(\d+,\) numbers, got .*; take \(n, d\) points and return",
+        ),
         (lambda p: "heavy", BuildError, r"density must return \(\d+,\) numbers, got 'heavy'"),
-        (lambda p: -np.ones(len(p)), BuildError, "density: the function is -1 at .* return finite values >= 0"),
+        (
+            lambda p: -np.ones(len(p)),
+            BuildError,
+            "density: the function is -1 at .* return finite values >= 0",
+        ),
     ],
 )
 def test_wrong_densities(face: Face, density: Any, error: type[Exception], message: str) -> None:

@@ -11,20 +11,27 @@ from typing import Any
 
 import numpy as np
 import pytest
+from spaces import PLANE, SPACE, Face, both
 
 from carom import BuildError, Snapshot
-from spaces import PLANE, SPACE, Face, both
 
 
 def trajectory(w: Any, steps: int) -> bytes:
     """All numbers of a stretch of motion, as bytes."""
     chunk = w._advance(steps, w.dt, 1)
-    parts = (chunk.position, chunk.rotation, chunk.velocity, chunk.angular_velocity, chunk.contacts, chunk.steps)
+    parts = (
+        chunk.position,
+        chunk.rotation,
+        chunk.velocity,
+        chunk.angular_velocity,
+        chunk.contacts,
+        chunk.steps,
+    )
     return b"".join(part.tobytes() for part in parts)
 
 
 def in_the_middle(face: Face) -> Any:
-    """A pile in which contacts are warm, few iterations make the warm start matter, and a force is waiting."""
+    """A pile whose contacts are warm, with so few iterations that it matters, and a force is waiting."""
     w = face.pile(8, iterations=4)
     for _ in range(150):
         w.step()
@@ -91,7 +98,9 @@ def test_force_fields_and_snapshots(face: Face) -> None:
     assert other.forces == ("wind",)
     assert trajectory(other, 20) == trajectory(w, 20)
     bare = face.world()
-    with pytest.raises(BuildError, match="needs the force field 'wind', which this world has not; call add_force"):
+    with pytest.raises(
+        BuildError, match="needs the force field 'wind', which this world has not; call add_force"
+    ):
         bare.restore(snapshot)
     assert len(bare) == 0
     w.add_force("later", lambda t, x, v: x)
@@ -102,8 +111,14 @@ def test_force_fields_and_snapshots(face: Face) -> None:
 def test_what_is_no_snapshot() -> None:
     w = PLANE.stack(1)
     before = w.snapshot()
-    for wrong in (b"", b"{}", b"\xff\xfe", bytes(SPACE.stack(1).snapshot()), bytes(before).replace(b"version", b"vision")):
-        with pytest.raises(BuildError, match="^snapshot"):
+    for wrong in (
+        b"",
+        b"{}",
+        b"\xff\xfe",
+        bytes(SPACE.stack(1).snapshot()),
+        bytes(before).replace(b"version", b"vision"),
+    ):
+        with pytest.raises(BuildError, match=r"^snapshot"):
             w.restore(wrong)
     with pytest.raises(BuildError, match="snapshot must be a snapshot, got 5"):
         w.restore(5)
@@ -125,10 +140,14 @@ def test_another_process_takes_the_same_way() -> None:
 
     script = SCRIPT.format(folder=str(Path(__file__).parent))
     runs = [
-        subprocess.run([sys.executable, "-c", script], env={"PYTHONHASHSEED": seed}, capture_output=True, text=True)
+        subprocess.run(
+            [sys.executable, "-c", script], env={"PYTHONHASHSEED": seed}, capture_output=True, text=True
+        )
         for seed in ("1", "2")
     ]
-    here = [hashlib.sha256(trajectory(face.pile(8, iterations=10), 300)).hexdigest() for face in (PLANE, SPACE)]
+    here = [
+        hashlib.sha256(trajectory(face.pile(8, iterations=10), 300)).hexdigest() for face in (PLANE, SPACE)
+    ]
     for run in runs:
         assert run.returncode == 0, run.stderr
         assert run.stdout.split() == here

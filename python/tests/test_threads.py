@@ -8,12 +8,11 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-
 from spaces import PLANE, SPACE
 
 
 def pace_beside(job: Callable[[], Any]) -> tuple[float, int, float]:
-    """How often this thread got to run while another one did the job: longest pause [s], turns, duration [s]."""
+    """What this thread got while another one did the job: longest pause [s], turns, duration [s]."""
     done = threading.Event()
 
     def work() -> None:

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from spaces import PLANE, SPACE, Face, both
 
 import carom
 from carom import BuildError, planar, spatial
-from spaces import PLANE, SPACE, Face, both
 
 G = 9.81
 
@@ -18,7 +18,9 @@ G = 9.81
 @both
 def test_free_fall_is_exact(face: Face) -> None:
     w = face.world(dt=0.01)
-    ball = w.add_body("ball", face.ball(0.1), mass=2.0, position=face.at(1.0, 5.0), velocity=face.at(3.0, 4.0))
+    ball = w.add_body(
+        "ball", face.ball(0.1), mass=2.0, position=face.at(1.0, 5.0), velocity=face.at(3.0, 4.0)
+    )
     for _ in range(50):
         report = w.step()
     t = 0.5
@@ -66,7 +68,9 @@ def test_settings_are_attributes(face: Face) -> None:
     assert w.impact == "sequential"
     w.contact_margin = None
     assert w.contact_margin is None
-    assert set(w.settings) == {name for name in dir(type(w)) if type(getattr(type(w), name)).__name__ == "Setting"}
+    assert set(w.settings) == {
+        name for name in dir(type(w)) if type(getattr(type(w), name)).__name__ == "Setting"
+    }
 
 
 @both
@@ -101,7 +105,12 @@ def test_energies_and_momenta_of_a_turned_cuboid() -> None:
     w = spatial.World()
     half = math.sqrt(0.5)
     body = w.add_body(
-        "b", spatial.Box(1, 2, 3), mass=12.0, rotation=(half, 0, 0, half), angular_velocity=(1, 0, 2), position=(1, 0, 0)
+        "b",
+        spatial.Box(1, 2, 3),
+        mass=12.0,
+        rotation=(half, 0, 0, half),
+        angular_velocity=(1, 0, 2),
+        position=(1, 0, 0),
     )
     ixx, iyy, izz = 13.0, 10.0, 5.0
     assert np.diag(body.inertia) == pytest.approx([ixx, iyy, izz])
@@ -233,6 +242,7 @@ def test_the_report_names_the_worst_contact_and_closes_the_books(face: Face) -> 
     w = face.pile(6, iterations=3)
     lines = dict.fromkeys(carom.LEDGER_LINES, 0.0)
     start = w.energy["total"]
+    reasons = set()
     for _ in range(300):
         report = w.step()
         for name, work in report.ledger.items():
@@ -242,8 +252,9 @@ def test_the_report_names_the_worst_contact_and_closes_the_books(face: Face) -> 
         assert abs(report.closure) < 1e-9 * start
         assert report.energy == pytest.approx(w.energy["total"])
         assert report.momentum == pytest.approx(w.momentum.tolist())
-    assert report.stop_reason == "out_of_iterations"
-    assert not report.converged
+        reasons.add(report.stop_reason)
+        assert report.converged == (report.stop_reason == "converged")
+    assert reasons == {"converged", "out_of_iterations"}
     assert w.ledger == pytest.approx(lines, rel=1e-9, abs=1e-9)
     changes = [work for name, work in lines.items() if name not in ("gravity", "closure")]
     assert w.energy["total"] - start == pytest.approx(sum(changes), abs=1e-9 * start)
@@ -265,9 +276,14 @@ def test_collision_groups_and_masks(face: Face) -> None:
 def test_damping_is_exponential(face: Face) -> None:
     w = face.world(gravity=np.zeros(face.dimension), dt=0.1)
     body = w.add_body(
-        "b", face.ball(1.0), mass=1.0, velocity=face.at(1, 0), angular_velocity=face.spin(1.0), linear_damping=2.0,
+        "b",
+        face.ball(1.0),
+        mass=1.0,
+        velocity=face.at(1, 0),
+        angular_velocity=face.spin(1.0),
+        linear_damping=2.0,
         angular_damping=3.0,
-    )  # fmt: skip
+    )
     w.step()
     assert body.velocity[0] == pytest.approx(math.exp(-0.2))
     assert body.angular_velocity == pytest.approx(np.multiply(face.spin(1.0), math.exp(-0.3)))
@@ -293,7 +309,14 @@ def test_what_a_body_was_made_of_can_be_read_back() -> None:
     w = spatial.World()
     shape = spatial.RoundCylinder(1.0, 0.3, rounding=0.05)
     body = w.add_body(
-        "b", shape, mass=2.0, friction=0.25, restitution=0.75, collision_groups=6, collision_mask=3, can_rotate=False
+        "b",
+        shape,
+        mass=2.0,
+        friction=0.25,
+        restitution=0.75,
+        collision_groups=6,
+        collision_mask=3,
+        can_rotate=False,
     )
     assert body.shape == shape
     assert (body.friction, body.restitution, body.collision_groups, body.collision_mask) == (0.25, 0.75, 6, 3)

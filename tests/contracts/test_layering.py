@@ -31,7 +31,9 @@ def sources(crate: str) -> list[Path]:
 
 def named_crates(text: str) -> set[str]:
     code = re.sub(r"//.*", "", text)
-    return set(re.findall(r"\b([a-z][a-z0-9_]*)::", code)) | set(re.findall(r"\buse\s+([a-z][a-z0-9_]*)\b", code))
+    return set(re.findall(r"\b([a-z][a-z0-9_]*)::", code)) | set(
+        re.findall(r"\buse\s+([a-z][a-z0-9_]*)\b", code)
+    )
 
 
 @pytest.mark.parametrize("crate", MAY_USE)
@@ -86,4 +88,6 @@ def test_the_step_is_a_table_of_contents() -> None:
     code = (ROOT / "crates/world/src/world.rs").read_text()
     code += (ROOT / "crates/world/src/stepping/fixed_step.rs").read_text()
     for stage in stages:
-        assert re.search(rf"\bfn {stage}\b", code), f"ARCHITECTURE.md names the stage {stage}, the code does not"
+        assert re.search(rf"\bfn {stage}\b", code), (
+            f"ARCHITECTURE.md names the stage {stage}, the code does not"
+        )

@@ -1,4 +1,4 @@
-"""Every path that ARCHITECTURE.md, the README and the docs name exists, and every internal link leads somewhere."""
+"""Every path that the pages of the repository name exists, and every internal link leads somewhere."""
 
 import re
 from pathlib import Path
@@ -40,4 +40,6 @@ def test_equations_cited_in_the_sources_exist() -> None:
     assert len(known) > 100
     for path in sorted((ROOT / "crates").glob("*/src/**/*.rs")):
         for number in re.findall(r"theory eqs?\. (\d+\.\d+)", path.read_text()):
-            assert number in known, f"{path.relative_to(ROOT)} cites theory eq. {number}, which does not exist"
+            assert number in known, (
+                f"{path.relative_to(ROOT)} cites theory eq. {number}, which does not exist"
+            )

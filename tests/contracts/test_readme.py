@@ -52,7 +52,11 @@ def test_shell_commands_run(name: str, command: str, tmp_path_factory: pytest.Te
     for example in (ROOT / "examples").glob("*.toml"):
         (folder / example.name).write_text(example.read_text())
     done = subprocess.run(
-        [sys.executable, "-m", "carom.cli", *words[1:]], cwd=folder, capture_output=True, text=True, timeout=600
+        [sys.executable, "-m", "carom.cli", *words[1:]],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=600,
     )
     assert done.returncode == 0, f"{name}: {command}\n{done.stdout}\n{done.stderr}"
 
@@ -62,5 +66,7 @@ FOLDERS: dict[str, Path] = {}
 
 @pytest.mark.parametrize("example", sorted((ROOT / "examples").glob("*.py")), ids=lambda p: p.name)
 def test_examples_run(example: Path, tmp_path: Path) -> None:
-    done = subprocess.run([sys.executable, example], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, example], cwd=tmp_path, capture_output=True, text=True, timeout=300
+    )
     assert done.returncode == 0, done.stderr

@@ -7,6 +7,8 @@ mod harness;
 
 mod bodies;
 mod impacts;
+mod ledger;
+mod slices;
 mod friction;
 mod probe;
 mod rotation;

@@ -112,13 +112,14 @@ pub fn a_cradle_with_tiny_gaps_passes_the_blow_on_under_every_law<S: Dimension>(
     }
 }
 
-/// The impact law is one thing, the solver another: all that can solve it agree.
+/// The impact law is one thing, the solver another: all agree that can solve this (direct refuses contacts that let go).
 pub fn every_solver_finds_the_same_simultaneous_impact<S: Dimension>() {
-    for solver in [SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Direct, SolverKind::Lemke] {
+    for solver in [SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Lemke] {
         let mut w = row::<S>(ImpactLaw::Newton, 0.0, &[1.0, 0.0, 0.0, 0.0]);
-        w.set_settings(Settings { solver, ..w.settings().clone() }).expect("possible");
+        w.set_settings(Settings { solver, tolerance: 1e-11, ..w.settings().clone() }).expect("possible");
         step(&mut w);
         for (got, wanted) in speeds(&w).iter().zip([-0.5, 0.5, 0.5, 0.5]) {
+            // three contacts amplify the residual by their condition, about 6
             close(*got, wanted, 1e-10, &format!("C11 by {} [m/s]", solver.name()));
         }
     }

@@ -3,6 +3,7 @@
 
 use crate::check;
 use crate::geometry::ShapeError;
+use crate::hull::convex_hull_spatial;
 use crate::mesh::check_mesh;
 use carom_math::{Column, Vec3, vec3};
 use parry3d_f64::math::Vector;
@@ -53,10 +54,11 @@ pub fn decompose(
         ..VHACDParameters::default()
     };
     let parts = VHACD::decompose(&parameters, &points, triangles, true).compute_exact_convex_hulls(&points, triangles);
+    // the library's parts carry points inside their faces: their hulls' corners say the same with fewer
     let parts: Vec<Vec<Vec3>> = parts
         .into_iter()
-        .map(|(points, _)| points.iter().map(|p| vec3(p.x, p.y, p.z) * size + low).collect())
-        .filter(|points: &Vec<Vec3>| points.len() >= 4)
+        .map(|(points, _)| points.iter().map(|p| vec3(p.x, p.y, p.z) * size + low).collect::<Vec<Vec3>>())
+        .filter_map(|points| convex_hull_spatial(&points).ok().map(|hull| hull.0))
         .collect();
     if parts.is_empty() {
         return Err(ShapeError::new(

@@ -1,12 +1,11 @@
-//! Convex hulls: the plane by Andrew's monotone chain (1979), space by the geometry library's quickhull on
-//! points scaled to equal extents along their principal axes (a hull is the same after any affine map, so thin
-//! plates and needles become as well conditioned as cubes). Knows no shapes.
+//! Convex hulls: the plane by Andrew's monotone chain (1979), space by quickhull on points scaled to equal extents
+//! along their principal axes (a hull is the same after any affine map, so thin plates and needles become as well
+//! conditioned as cubes). The geometry library's hull was tried and left points half a metre outside where many
+//! lie in one face but for rounding. Knows no shapes.
 
 use crate::geometry::ShapeError;
+use crate::quickhull::quickhull;
 use carom_math::{Column, Inertia, Sym3, Vec2, Vec3, vec3};
-use parry3d_f64::math::Vector;
-use parry3d_f64::transformation::try_convex_hull;
-use std::collections::BTreeMap;
 
 /// Extent across a set of points, relative to its largest extent \[1\], at or below which it counts as flat.
 pub const FLAT: f64 = 1e-9;
@@ -49,15 +48,21 @@ pub fn convex_hull_spatial(points: &[Vec3]) -> Result<(Vec<Vec3>, Vec<[u32; 3]>)
     check_points(points, 4)?;
     let kept = merged(points);
     check_distinct(kept.len(), 4)?;
-    let scaled = equal_extents(&kept)?;
-    let (corners, triangles) = try_convex_hull(&scaled).map_err(|e| unresolved(&e.to_string()))?;
-    let index_of: BTreeMap<[u64; 3], u32> =
-        scaled.iter().enumerate().map(|(i, p)| (p.to_array().map(f64::to_bits), i as u32)).collect();
-    let original: Vec<u32> = corners.iter().map(|p| index_of[&p.to_array().map(f64::to_bits)]).collect();
-    let triangles = triangles.iter().map(|t| t.map(|i| original[i as usize])).collect();
-    let (corners, triangles) = in_given_order(&kept, triangles);
-    check_hull(&kept, &corners, &triangles)?;
-    Ok((corners, triangles))
+    let (scaled, rounding) = equal_extents(&kept)?;
+    // a tolerance just above rounding keeps every corner; clutter in the faces may ask for more
+    for tolerance in [1.0, 1e1, 1e2, 1e4].map(|k| (k * 64.0 * rounding).max(k * 1e-14)) {
+        if let Some(triangles) = quickhull(&scaled, tolerance) {
+            let (corners, triangles) = in_given_order(&kept, triangles);
+            if is_hull(&kept, &corners, &triangles) {
+                return Ok((corners, triangles));
+            }
+        }
+    }
+    Err(ShapeError::new(
+        "points",
+        format!("no convex hull of the {} points could be resolved", points.len()),
+        "merge points that nearly coincide or lie nearly in one face",
+    ))
 }
 
 /// The points without those that coincide with an earlier one to within [`SAME`], in the given order.
@@ -138,8 +143,8 @@ fn planar_width(corners: &[Vec2]) -> f64 {
     (0..n).map(across).fold(f64::INFINITY, f64::min)
 }
 
-/// The points in principal axes, scaled so that each axis has extent 1.
-fn equal_extents(points: &[Vec3]) -> Result<Vec<Vector>, ShapeError> {
+/// The points in principal axes, scaled so that each axis has extent 1, and the rounding of their coordinates.
+fn equal_extents(points: &[Vec3]) -> Result<(Vec<Vec3>, f64), ShapeError> {
     let size = extents(points).max_abs();
     let mean = points.iter().fold(Vec3::ZERO, |s, p| s + *p * (1.0 / points.len() as f64));
     let mut spread = Sym3::ZERO;
@@ -165,15 +170,10 @@ fn equal_extents(points: &[Vec3]) -> Result<Vec<Vector>, ShapeError> {
             "give points that span a volume, or use a mesh for a flat obstacle",
         ));
     }
-    Ok(turned.iter().map(|p| Vector::new(p[0] / extent[0], p[1] / extent[1], p[2] / extent[2])).collect())
-}
-
-fn unresolved(why: &str) -> ShapeError {
-    ShapeError::new(
-        "points",
-        format!("no convex hull could be built ({why})"),
-        "merge points that nearly coincide or lie nearly in one face",
-    )
+    let farthest = points.iter().fold(0.0, |m: f64, p| m.max(p.max_abs()));
+    let thinnest = extent[0].min(extent[1]).min(extent[2]);
+    let scaled = turned.iter().map(|p| Vec3::from_fn(|i| p[i] / extent[i])).collect();
+    Ok((scaled, f64::EPSILON * farthest / thinnest))
 }
 
 /// Drops unused points, keeps the given order, and writes the triangles in an order of their own.
@@ -195,25 +195,23 @@ fn in_given_order(points: &[Vec3], triangles: Vec<[u32; 3]>) -> (Vec<Vec3>, Vec<
     (corners, renamed)
 }
 
-/// A hull is closed and no point lies outside a face by more than rounding.
-fn check_hull(points: &[Vec3], corners: &[Vec3], triangles: &[[u32; 3]]) -> Result<(), ShapeError> {
+/// True for a closed surface that no point lies outside of by more than rounding.
+fn is_hull(points: &[Vec3], corners: &[Vec3], triangles: &[[u32; 3]]) -> bool {
     let mut edges: Vec<(u32, u32)> =
         triangles.iter().flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]).collect();
     edges.sort_unstable();
     let twin = |e: &(u32, u32)| edges.binary_search(&(e.1, e.0)).is_ok();
     if edges.windows(2).any(|w| w[0] == w[1]) || !edges.iter().all(twin) || corners.len() < 4 {
-        return Err(unresolved("the surface found is not closed"));
+        return false;
     }
     let size = extents(points).max_abs();
-    for t in triangles {
+    let farthest = points.iter().fold(0.0, |m: f64, p| m.max(p.max_abs()));
+    triangles.iter().all(|t| {
         let [a, b, c] = t.map(|i| corners[i as usize]);
         let normal = (b - a).cross(c - a);
         let longest = (b - a).norm().max((c - a).norm()).max((c - b).norm());
-        // a sliver's own direction is uncertain by size * rounding / height; its area is the measure
-        let slack = 1e-9 * size * normal.norm() + 1e-14 * size * size * longest;
-        if let Some(p)=points.iter().find(|p| normal.dot(**p - a) > slack) { eprintln!("viol {:e} area {:e} slack {:e} {p:?} {a:?} {b:?} {c:?}",normal.dot(*p-a),normal.norm(),slack);
-            return Err(unresolved("a point lies outside the surface found"));
-        }
-    }
-    Ok(())
+        // a sliver's own direction is uncertain by rounding / height; its area is the measure
+        let slack = 1e-9 * size * normal.norm() + 16.0 * f64::EPSILON * farthest * size * longest;
+        points.iter().all(|p| normal.dot(*p - a) <= slack)
+    })
 }

@@ -107,7 +107,7 @@ fn rim(corners: &[Vec2], radius: f64) -> Vec<Cell<2>> {
     let mut cells = Vec::new();
     for (i, (a, b)) in edges(corners).enumerate() {
         let (n, next) = (normals[i], normals[(i + 1) % normals.len()]);
-        cells.push(parallelogram(a, b - a, n * radius));
+        cells.push(parallelogram(a, n * radius, b - a));
         let from = libm::atan2(n[1], n[0]);
         cells.push(sector(b, radius, from, from + libm::atan2(n.cross(next), n.dot(next))));
     }

@@ -38,13 +38,13 @@ fn parallelepiped(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Cell<3> {
 fn prism(p: Vec3, q: Vec3, r: Vec3, d: Vec3) -> Cell<3> {
     let (a, b) = (q - p, r - q);
     let jacobian = a.dot(b.cross(d)).abs();
-    Box::new(move |[u, v, w]| (p + (a + b * v) * u + d * w, u * jacobian))
+    Box::new(move |[w, u, v]| (p + (a + b * v) * u + d * w, u * jacobian))
 }
 
 /// Edge from p along `edge`, swept by the fan from unit n towards unit t through an angle \[rad\].
 fn wedge(p: Vec3, edge: Vec3, n: Vec3, t: Vec3, angle: f64, radius: f64) -> Cell<3> {
     let jacobian = edge.norm() * radius * radius * angle;
-    Box::new(move |[u, v, w]| {
+    Box::new(move |[v, u, w]| {
         let (s, c) = libm::sincos(angle * w);
         (p + edge * u + (n * c + t * s) * (radius * v), v * jacobian)
     })

@@ -9,14 +9,15 @@ use crate::geometry::ShapeError;
 use crate::mass_moments::Moments;
 use crate::quadrature_density::{CHUNK, Sampler};
 use crate::quadrature_error::{ErrorScale, Errors};
-use crate::quadrature_grid::{TensorSum, digits, tensor_sum};
+use crate::quadrature_grid::{Grid, TensorSum};
 use crate::quadrature_lines::{Line, LineIntegral, integrate_lines};
 use crate::quadrature_rule::{Rule, SAFETY};
 use carom_math::Tuple;
 
-pub use crate::quadrature_density::{EVALUATION_BUDGET, Integrand};
+pub use crate::quadrature_density::{EVALUATION_BUDGET, EVALUATIONS_PER_CELL, Integrand};
 
 /// Smooth map from the unit cube: point in shape axes \[m\] and Jacobian, negative where volume is taken away.
+/// In a shape of many cells they are thin across axis 0.
 pub type Cell<const N: usize> = Box<dyn Fn([f64; N]) -> (Tuple<N>, f64)>;
 
 /// Relative error that is still returned, honestly stated, when the budget ends above the tolerance \[1\].
@@ -28,8 +29,9 @@ const SMALLEST_TOLERANCE: f64 = 1e-13;
 /// Rounding of the sums, part of every stated error \[1\].
 const ROUNDING: f64 = 1e-14;
 
-/// Intervals per axis of the grid, and how many evaluations the first pass may take with them.
-const GRIDS: [(usize, usize); 3] = [(16, 1_000_000), (8, 1_000_000), (4, 2_500_000)];
+/// Intervals of the grid along axis 0 and along the others, and how many evaluations the first pass may take with
+/// them: the more cells there are, the thinner they are.
+const GRIDS: [(usize, usize, usize); 3] = [(16, 16, 1_000_000), (16, 8, 2_000_000), (16, 4, usize::MAX)];
 
 /// Cells are halved along every axis before the first pass when it then takes no more evaluations than this.
 const FINE_START: usize = 50_000;
@@ -94,10 +96,11 @@ pub fn integrate<const N: usize>(
     relative_tolerance: f64,
 ) -> Result<(Moments<N>, f64), ShapeError> {
     check_tolerance(relative_tolerance)?;
-    let mut sampler = Sampler { integrand, evaluations: 0 };
-    let grid = grid_for::<N>(cells.len())?;
+    let budget = EVALUATION_BUDGET.max(cells.len().saturating_mul(EVALUATIONS_PER_CELL));
+    let mut sampler = Sampler { integrand, evaluations: 0, budget };
+    let grid = grid_for::<N>(cells.len());
     // lines must resolve smooth densities by themselves
-    let along = Rule::clenshaw_curtis((grid.len() - 1).max(8));
+    let along = grid.rule(0);
     let mut regions = first_pass(&mut sampler, &grid, cells)?;
     let rough = sum_of(&regions, sampler.origin()).0;
     if ErrorScale::of(&rough).is_some_and(|scale| scale.offset > 0.5 * scale.gyration) {
@@ -117,7 +120,7 @@ pub fn integrate<const N: usize>(
         let tasks = next_tasks(&regions, &scale, &grid);
         // pieces of lines share a small part of the tolerance, so that halving across sees no noise
         let piece_tolerance = 0.02 * relative_tolerance / cells.len() as f64;
-        let rules = [&grid, &along];
+        let rules = (&grid, along);
         let mut refined =
             line_pass(&mut sampler, rules, cells, (&tasks, &regions), (&scale, piece_tolerance))?;
         // lines that the end of the budget broke off are worse than what they would replace
@@ -125,11 +128,10 @@ pub fn integrate<const N: usize>(
             return end_of_budget(total, error, relative_tolerance, sampler.evaluations);
         }
         doubt_halves(&tasks, &regions, &mut refined);
-        let mut index = 0;
-        regions.retain(|_| {
-            index += 1;
-            tasks.iter().all(|task| task.parent != index - 1)
-        });
+        let mut stays = vec![true; regions.len()];
+        tasks.iter().for_each(|task| stays[task.parent] = false);
+        let mut stays = stays.into_iter();
+        regions.retain(|_| stays.next().unwrap_or(true));
         regions.extend(refined);
     }
 }
@@ -146,19 +148,13 @@ fn check_tolerance(relative_tolerance: f64) -> Result<(), ShapeError> {
 }
 
 /// The finest grid that leaves budget for refinement.
-fn grid_for<const N: usize>(cells: usize) -> Result<Rule, ShapeError> {
-    let cost = |intervals: usize| cells.saturating_mul((intervals + 1).pow(N as u32));
-    if let Some((intervals, _)) = GRIDS.iter().find(|(intervals, limit)| cost(*intervals) <= *limit) {
-        return Ok(Rule::clenshaw_curtis(*intervals));
-    }
-    if cost(2) <= EVALUATION_BUDGET {
-        return Ok(Rule::clenshaw_curtis(2));
-    }
-    Err(ShapeError::new(
-        "shape",
-        format!("its {cells} pieces need more than {EVALUATION_BUDGET} evaluations of the density"),
-        "integrate the density over a coarser shape, or use a constant density",
-    ))
+fn grid_for<const N: usize>(cells: usize) -> Grid<N> {
+    let cost = |through: usize, aside: usize| {
+        cells.saturating_mul(through + 1).saturating_mul((aside + 1).pow(N as u32 - 1))
+    };
+    let affordable = GRIDS.iter().find(|(through, aside, limit)| cost(*through, *aside) <= *limit);
+    let (through, aside, _) = affordable.unwrap_or(&GRIDS[2]);
+    Grid::new(*through, *aside)
 }
 
 fn massless<const N: usize>(total: &Moments<N>, evaluations: usize) -> ShapeError {
@@ -205,10 +201,11 @@ fn sum_of<const N: usize>(regions: &[Region<N>], origin: Tuple<N>) -> (Moments<N
 /// Samples every cell, or its halves along every axis, on the tensor grid.
 fn first_pass<const N: usize>(
     sampler: &mut Sampler<'_, N>,
-    grid: &Rule,
+    grid: &Grid<N>,
     cells: &[Cell<N>],
 ) -> Result<Vec<Region<N>>, ShapeError> {
-    let count = grid.len().pow(N as u32);
+    let axes: [usize; N] = std::array::from_fn(|i| i);
+    let count = grid.count(&axes);
     let parts = if (cells.len() * count) << N <= FINE_START { 1usize << N } else { 1 };
     let boxes: Vec<(usize, [f64; N], [f64; N])> = (0..cells.len() * parts)
         .map(|part| {
@@ -224,8 +221,9 @@ fn first_pass<const N: usize>(
             .iter()
             .flat_map(|(cell, low, high)| {
                 (0..count).map(move |index| {
-                    let at = digits::<N>(index, grid.len());
-                    cells[*cell](std::array::from_fn(|i| low[i] + (high[i] - low[i]) * grid.nodes[at[i]]))
+                    let at = grid.digits(&axes, index);
+                    let node = |i: usize| grid.rule(i).nodes[at[i]];
+                    cells[*cell](std::array::from_fn(|i| low[i] + (high[i] - low[i]) * node(i)))
                 })
             })
             .unzip();
@@ -237,7 +235,7 @@ fn first_pass<const N: usize>(
                 value
             };
             let values: Vec<Moments<N>> = (k * count..(k + 1) * count).map(value).collect();
-            let sum = tensor_sum(grid, &values, (low, high), &std::array::from_fn::<_, N, _>(|i| i));
+            let sum = TensorSum::new(grid, &values, volume_of(&low, &high, &axes), &axes);
             let (across, along) = (sum.errors(), Errors::default());
             regions.push(Region { cell, low, high, lines: None, jumps: Vec::new(), sum, across, along });
         }
@@ -247,12 +245,12 @@ fn first_pass<const N: usize>(
 
 /// Picks the regions with the largest errors and says what replaces them: after the first pass lines along the
 /// worst axis, after that two halves.
-fn next_tasks<const N: usize>(regions: &[Region<N>], scale: &ErrorScale, grid: &Rule) -> Vec<Task<N>> {
+fn next_tasks<const N: usize>(regions: &[Region<N>], scale: &ErrorScale, grid: &Grid<N>) -> Vec<Task<N>> {
     let relative: Vec<f64> = regions.iter().map(|r| r.error(scale)).collect();
     let mut order: Vec<usize> = (0..regions.len()).filter(|&i| regions[i].can_shrink(scale)).collect();
     order.sort_by(|&i, &j| relative[j].total_cmp(&relative[i]).then(i.cmp(&j)));
     let half = 0.5 * relative.iter().sum::<f64>();
-    let most = (BATCH / grid.len().pow(N as u32 - 1)).max(2);
+    let most = (BATCH / grid.count(&other_axes::<N>(0))).max(2);
     let mut covered = 0.0;
     let mut tasks = Vec::new();
     for parent in order {
@@ -277,30 +275,40 @@ fn next_tasks<const N: usize>(regions: &[Region<N>], scale: &ErrorScale, grid: &
     tasks
 }
 
+/// The axes across lines that run along one.
+fn other_axes<const N: usize>(axis: usize) -> Vec<usize> {
+    (0..N).filter(|&i| i != axis).collect()
+}
+
+/// Measure of a box over some axes.
+fn volume_of<const N: usize>(low: &[f64; N], high: &[f64; N], axes: &[usize]) -> f64 {
+    axes.iter().map(|&i| high[i] - low[i]).product()
+}
+
 /// Integrates boxes along lines and across them.
 fn line_pass<const N: usize>(
     sampler: &mut Sampler<'_, N>,
-    [grid, along]: [&Rule; 2],
+    (grid, along): (&Grid<N>, &Rule),
     cells: &[Cell<N>],
     (tasks, regions): (&[Task<N>], &[Region<N>]),
     (scale, tolerance): (&ErrorScale, f64),
 ) -> Result<Vec<Region<N>>, ShapeError> {
-    let count = grid.len().pow(N as u32 - 1);
-    let mut lines = Vec::with_capacity(tasks.len() * count);
+    let mut lines = Vec::new();
     for task in tasks {
-        for index in 0..count {
-            let digits: [usize; N] = digits(index, grid.len());
+        let axes = other_axes::<N>(task.axis);
+        for index in 0..grid.count(&axes) {
+            let digits = grid.digits(&axes, index);
             let mut at = [0.0; N];
-            for (d, i) in (0..N).filter(|&i| i != task.axis).enumerate() {
-                at[i] = task.low[i] + (task.high[i] - task.low[i]) * grid.nodes[digits[d]];
+            for &i in &axes {
+                at[i] = task.low[i] + (task.high[i] - task.low[i]) * grid.rule(i).nodes[digits[i]];
             }
             let span = [task.low[task.axis], task.high[task.axis]];
             let hints = nearby_jumps(grid, &regions[task.parent], &at);
             lines.push(Line { cell: &cells[task.cell], axis: task.axis, at, span, hints });
         }
     }
-    let integrals = integrate_lines(sampler, along, &lines, scale, tolerance)?;
-    Ok(tasks.iter().zip(integrals.chunks(count)).map(|(task, own)| stacked(grid, task, own)).collect())
+    let mut integrals = integrate_lines(sampler, along, &lines, scale, tolerance)?.into_iter();
+    Ok(tasks.iter().map(|task| stacked(grid, task, &mut integrals)).collect())
 }
 
 /// Keeps the errors of two halves from falling, by chance, far below what halving just changed: for a kink the
@@ -323,34 +331,38 @@ fn doubt_halves<const N: usize>(tasks: &[Task<N>], regions: &[Region<N>], refine
 }
 
 /// Of a region's lines around a place, the jumps of the one that has most.
-fn nearby_jumps<'a, const N: usize>(grid: &Rule, region: &'a Region<N>, at: &[f64; N]) -> &'a [f64] {
+fn nearby_jumps<'a, const N: usize>(grid: &Grid<N>, region: &'a Region<N>, at: &[f64; N]) -> &'a [f64] {
     let Some(axis) = region.lines else {
         return &[];
     };
-    let mut around = vec![0];
-    for (d, i) in (0..N).filter(|&i| i != axis).enumerate() {
+    let (mut around, mut stride) = (vec![0], 1);
+    for i in other_axes::<N>(axis) {
+        let nodes = &grid.rule(i).nodes;
         let local = (at[i] - region.low[i]) / (region.high[i] - region.low[i]);
-        let after = grid.nodes.partition_point(|&t| t < local).clamp(1, grid.len() - 1);
-        let stride = grid.len().pow(d as u32);
+        let after = nodes.partition_point(|&t| t < local).clamp(1, nodes.len() - 1);
         around = around.iter().flat_map(|&k| [k + (after - 1) * stride, k + after * stride]).collect();
+        stride *= nodes.len();
     }
     let all = around.into_iter().map(|k| region.jumps[k].as_slice());
     all.reduce(|most, own| if own.len() > most.len() { own } else { most }).unwrap_or(&[])
 }
 
 /// A region from the integrals of its lines: their errors add to those across.
-fn stacked<const N: usize>(grid: &Rule, task: &Task<N>, lines: &[LineIntegral<N>]) -> Region<N> {
+fn stacked<const N: usize>(
+    grid: &Grid<N>,
+    task: &Task<N>,
+    integrals: &mut impl Iterator<Item = LineIntegral<N>>,
+) -> Region<N> {
     let &Task { cell, low, high, axis, .. } = task;
-    let axes: Vec<usize> = (0..N).filter(|&i| i != axis).collect();
-    let values: Vec<Moments<N>> = lines.iter().map(|line| line.value).collect();
-    let sum = tensor_sum(grid, &values, (low, high), &axes);
-    let (across, mut along) = (sum.errors(), Errors::default());
-    let area: f64 = axes.iter().map(|&i| high[i] - low[i]).product();
-    for (index, line) in lines.iter().enumerate() {
-        let at: [usize; N] = digits(index, grid.len());
-        let weight: f64 = (0..axes.len()).map(|d| grid.fine[at[d]]).product();
-        along.add(area * weight, &line.errors);
+    let axes = other_axes::<N>(axis);
+    let area = volume_of(&low, &high, &axes);
+    let (mut values, mut jumps, mut along) = (Vec::new(), Vec::new(), Errors::default());
+    for (index, line) in integrals.take(grid.count(&axes)).enumerate() {
+        along.add(area * grid.weight_of(&axes, index), &line.errors);
+        values.push(line.value);
+        jumps.push(line.jumps);
     }
-    let jumps = lines.iter().map(|line| line.jumps.clone()).collect();
+    let sum = TensorSum::new(grid, &values, area, &axes);
+    let across = sum.errors();
     Region { cell, low, high, lines: Some(axis), jumps, sum, across, along }
 }

@@ -7,6 +7,9 @@ use carom_math::{Column, Tuple};
 /// Evaluations of the density after which the integration stops \[1\].
 pub const EVALUATION_BUDGET: usize = 10_000_000;
 
+/// The budget grows to this for every cell of a shape of very many cells, such as a fine mesh \[1\].
+pub const EVALUATIONS_PER_CELL: usize = 600;
+
 /// Points handed to the density at once.
 pub(crate) const CHUNK: usize = 1 << 16;
 
@@ -25,6 +28,8 @@ pub(crate) struct Sampler<'a, const N: usize> {
     pub integrand: Integrand<'a, N>,
     /// How often the density was asked.
     pub evaluations: usize,
+    /// How often it may be asked.
+    pub budget: usize,
 }
 
 impl<const N: usize> Sampler<'_, N> {
@@ -34,7 +39,7 @@ impl<const N: usize> Sampler<'_, N> {
     }
     /// True when the budget of evaluations has been used.
     pub fn is_spent(&self) -> bool {
-        self.evaluations >= EVALUATION_BUDGET
+        self.evaluations >= self.budget
     }
     /// Densities at points.
     pub fn sample(&mut self, points: &[Tuple<N>]) -> Result<Vec<f64>, ShapeError> {

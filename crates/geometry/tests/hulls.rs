@@ -38,6 +38,25 @@ fn a_cube_with_points_inside_on_faces_and_twice_keeps_its_eight_corners() {
 }
 
 #[test]
+fn points_that_lie_in_the_faces_but_for_rounding_do_not_confuse_the_hull() {
+    let mut random = Random::new(45);
+    for _ in 0..40 {
+        let pose = random.pose3(10.0);
+        let mut points: Vec<Vec3> = Vec::new();
+        for k in 0..200 {
+            let (axis, side) = (k % 3, if k % 2 == 0 { 1.0 } else { -1.0 });
+            let inside = random.vec3();
+            points.push(pose.to_world(Vec3::from_fn(|i| if i == axis { side } else { inside[i] })));
+        }
+        points.extend((0..8).map(|k| {
+            pose.to_world(Vec3::from_fn(|i| if k >> i & 1 == 1 { 1.0 } else { -1.0 }))
+        }));
+        let (corners, triangles) = check(&points);
+        assert_close(volume(&corners, &triangles), 8.0, 1e-11, "volume");
+    }
+}
+
+#[test]
 fn hulls_of_many_kinds_of_points_are_closed_convex_and_complete() {
     let mut random = Random::new(42);
     for n in [4, 5, 8, 20, 100, 400] {

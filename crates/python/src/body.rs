@@ -2,8 +2,8 @@
 
 use crate::arguments::{self, BodyArguments};
 use crate::arrays;
-use crate::core::{Core, Loan};
 use crate::errors;
+use crate::shared::{Core, Loan};
 use carom::{BuildError, Column, Geometry, Pose, World, Wrench};
 use numpy::PyArray1;
 use pyo3::prelude::*;

@@ -1,9 +1,9 @@
 //! Many steps in one call, recorded: what a run is made of.
 
 use crate::arrays;
-use crate::core::Core;
 use crate::errors;
 use crate::records::{self, Records};
+use crate::shared::Core;
 use carom::{Geometry, StepError, World};
 use numpy::PyArray1;
 use pyo3::prelude::*;

@@ -4,12 +4,12 @@
 use crate::arguments::{self, BodyArguments, PlainMass};
 use crate::body::{self, AtPoint, Carried};
 use crate::chunk;
-use crate::core::Core;
 use crate::errors;
 use crate::pieces::{self, Collided, PlainContacts, PlainHits, PlainNearest, PlainPose, PlainSide};
 use crate::problem::{PlainCsr, PlainResidual, Problem};
 use crate::records::{self, Field};
 use crate::settings;
+use crate::shared::Core;
 use crate::step;
 use crate::views;
 use carom::{Ledger, Planar, Settings, SolveSettings, Space, Spatial, World};

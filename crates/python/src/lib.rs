@@ -6,13 +6,13 @@ mod arrays;
 mod body;
 mod chunk;
 mod classes;
-mod core;
 mod errors;
 mod fields;
 mod pieces;
 mod problem;
 mod records;
 mod settings;
+mod shared;
 mod step;
 mod views;
 

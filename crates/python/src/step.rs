@@ -1,10 +1,10 @@
 //! One step, its report, and what is known of the world as a whole.
 
 use crate::chunk;
-use crate::core::Core;
 use crate::errors;
 use crate::problem::Problem;
 use crate::records::{self, Records};
+use crate::shared::Core;
 use carom::{BuildError, Column, Geometry, Phase, StepReport, World};
 use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;

@@ -1,8 +1,8 @@
 //! Numpy arrays that look at a world's motion without a copy, and the guard that keeps them from dangling.
 //! This file holds the crate's only unsafe code.
 
-use crate::core::Core;
 use crate::errors;
+use crate::shared::Core;
 use carom::{Column, Geometry, Rotation};
 use numpy::PyArray2;
 use numpy::ndarray::ArrayView2;

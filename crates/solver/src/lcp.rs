@@ -15,13 +15,21 @@ pub enum LcpEnd {
 }
 
 /// Entries of the scaled tableau below this share of their column are rounding, not pivots.
-const NO_PIVOT: f64 = 1e-11;
+const NO_PIVOT: f64 = 1e-13;
 /// What rounding leaves in a scaled tableau's right-hand side: ratios closer than this are ties.
 const NOISE: f64 = 1e-13;
-/// A basic solution whose scaled complementarity error is below this is accepted at once.
-const ACCURATE: f64 = 1e-10;
+/// A basic solution with an error below this is accepted at once.
+const ACCURATE: f64 = 1e-12;
 /// The largest error that still counts as a solution when no attempt was accurate.
-const TOLERABLE: f64 = 1e-6;
+const TOLERABLE: f64 = 1e-9;
+
+/// What the caller knows of its problem beyond M and q.
+pub struct Judge<'a> {
+    /// M z + q, formed as accurately as the caller can.
+    pub slack: &'a dyn Fn(&[f64]) -> Vec<f64>,
+    /// How wrong z is, relative to what its entries do one by one \[1\].
+    pub error: &'a dyn Fn(&[f64]) -> f64,
+}
 
 /// Tableau of w - M z - d z0 = q: columns w | z | z0 | q, one row per basic variable. The columns of w hold the
 /// inverse of the basis.
@@ -176,14 +184,6 @@ fn basic_solution(t: &Tableau, slack: &dyn Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
     z
 }
 
-/// max_i |min(z_i, w_i)|: zero exactly at solutions.
-fn complementarity_error(z: &[f64], w: &[f64]) -> f64 {
-    z.iter().zip(w).fold(0.0, |m: f64, (&z, &w)| {
-        let e = if z.is_nan() || w.is_nan() { f64::INFINITY } else { z.min(w).abs() };
-        m.max(e)
-    })
-}
-
 /// The power of two at or below a positive number; 1 for zero and for what is too small or large to scale by.
 fn power(x: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
@@ -206,17 +206,27 @@ fn scales(m: &[Vec<f64>]) -> Vec<f64> {
 
 /// Solves an LCP; returns how it ended, z, and the pivots spent.
 pub fn solve_lcp(m: &[Vec<f64>], q: &[f64], most_pivots: usize) -> (LcpEnd, Vec<f64>, usize) {
-    let slack = |z: &[f64]| -> Vec<f64> {
-        m.iter().zip(q).map(|(row, q)| row.iter().zip(z).map(|(a, z)| a * z).sum::<f64>() + q).collect()
+    let terms = |row: &[f64], z: &[f64]| row.iter().zip(z).map(|(a, z)| a * z).sum::<f64>();
+    let slack = |z: &[f64]| -> Vec<f64> { m.iter().zip(q).map(|(row, q)| terms(row, z) + q).collect() };
+    let error = |z: &[f64]| {
+        let mut worst: (f64, f64) = (0.0, f64::MIN_POSITIVE);
+        for (i, (w, z_i)) in slack(z).iter().zip(z).enumerate() {
+            let size = m[i].iter().zip(z).map(|(a, z)| (a * z).abs()).sum::<f64>() + q[i].abs();
+            // without a diagonal z_i and w_i have no common unit: the plain difference has to do
+            let own = if m[i][i] > 0.0 { z_i * m[i][i] } else { *z_i };
+            let wrong = if w.is_nan() || own.is_nan() { f64::INFINITY } else { own.min(*w).abs() };
+            worst = (worst.0.max(wrong), worst.1.max(size));
+        }
+        worst.0 / worst.1
     };
-    solve_lcp_with(m, q, &slack, most_pivots)
+    solve_lcp_with(m, q, &Judge { slack: &slack, error: &error }, most_pivots)
 }
 
-/// The same with M z + q formed by the caller, who may know how to do it more accurately than from M.
+/// The same with M z + q formed and answers judged by the caller.
 pub fn solve_lcp_with(
     m: &[Vec<f64>],
     q: &[f64],
-    slack: &dyn Fn(&[f64]) -> Vec<f64>,
+    judge: &Judge,
     most_pivots: usize,
 ) -> (LcpEnd, Vec<f64>, usize) {
     let n = q.len();
@@ -233,20 +243,18 @@ pub fn solve_lcp_with(
         m.iter().zip(&d).map(|(row, di)| row.iter().zip(&d).map(|(x, dj)| x * di * dj).collect()).collect();
     let scaled_q: Vec<f64> = q.iter().zip(&d).map(|(q, d)| q * d / unit).collect();
     let unscaled = |z: &[f64]| -> Vec<f64> { z.iter().zip(&d).map(|(z, d)| z * d * unit).collect() };
-    let scaled_slack =
-        |z: &[f64]| -> Vec<f64> { slack(&unscaled(z)).iter().zip(&d).map(|(w, d)| w * d / unit).collect() };
-    let (end, z, pivots) = attempts(&scaled_m, &scaled_q, &scaled_slack, most_pivots);
+    let slack = |z: &[f64]| -> Vec<f64> {
+        (judge.slack)(&unscaled(z)).iter().zip(&d).map(|(w, d)| w * d / unit).collect()
+    };
+    let error = |z: &[f64]| (judge.error)(&unscaled(z));
+    let (end, z, pivots) =
+        attempts(&scaled_m, &scaled_q, &Judge { slack: &slack, error: &error }, most_pivots);
     (end, unscaled(&z), pivots)
 }
 
 /// The plain path first; then with the tableau rebuilt often; then along other covering vectors, which lead
 /// past most degeneracies and rays. The first accurate solution is taken, else the best.
-fn attempts(
-    m: &[Vec<f64>],
-    q: &[f64],
-    slack: &dyn Fn(&[f64]) -> Vec<f64>,
-    most_pivots: usize,
-) -> (LcpEnd, Vec<f64>, usize) {
+fn attempts(m: &[Vec<f64>], q: &[f64], judge: &Judge, most_pivots: usize) -> (LcpEnd, Vec<f64>, usize) {
     let n = q.len();
     let (mut spent, mut first_end) = (0, None);
     let mut best = (f64::INFINITY, vec![0.0; n]);
@@ -260,8 +268,8 @@ fn attempts(
         spent += pivots;
         first_end.get_or_insert(end);
         if end == LcpEnd::Solved {
-            let z = basic_solution(&tableau, slack);
-            let error = complementarity_error(&z, &slack(&z));
+            let z = basic_solution(&tableau, judge.slack);
+            let error = (judge.error)(&z);
             if error < best.0 {
                 best = (error, z);
             }

@@ -161,10 +161,11 @@ fn the_box_law_shows_its_known_errors() {
             worst = (worst.0.max(error), worst.1.max(share));
         }
     }
-    assert!(worst.0 > 30.0, "{} degrees", worst.0);
+    assert!(worst.0 > 25.0, "{} degrees", worst.0);
     let mut problem = sliding_brick(0.0, FrictionLaw::Box);
     // one foot only: several could press against each other across
     problem.inverse_masses[0] = particle(2.0);
+    problem.velocities[0].angular = vec3(0.0, 0.0, 0.0);
     problem.contacts.truncate(1);
     let (error, share) = direction_error(&problem, &solved(&problem, SolverKind::Pgs, 1e-12));
     assert!(error < 1e-9 && (share - 1.0).abs() < 1e-12, "{error} degrees, share {share}");

@@ -6,7 +6,7 @@
 use crate::cone::project;
 use crate::delassus::{Csr, delassus_of, right_hand_side_of};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
-use crate::lcp::{LcpEnd, solve_lcp_with};
+use crate::lcp::{Judge, LcpEnd, solve_lcp_with};
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, FrictionLaw, Impulses};
@@ -55,7 +55,9 @@ impl<S: Space> ImpulseSolver<S> for Lemke {
         let a = delassus_of(problem, &prepared);
         let (m, q) = unknowns.system(&a, &right_hand_side_of(problem, &prepared));
         let slack = |z: &[f64]| unknowns.slack(problem, &prepared, z);
-        let (end, z, pivots) = solve_lcp_with(&m, &q, &slack, 50 * (q.len() + 10));
+        let error = |z: &[f64]| unknowns.error(problem, &prepared, z);
+        let judge = Judge { slack: &slack, error: &error };
+        let (end, z, pivots) = solve_lcp_with(&m, &q, &judge, 50 * (q.len() + 10));
         let mut found: Impulses<S> = unknowns.impulses(problem, &z);
         project(problem, &mut found);
         match end {
@@ -206,5 +208,19 @@ impl Unknowns {
             Unknown::Excess { of, width } => width - z[of],
         };
         self.all.iter().map(slack).collect()
+    }
+
+    /// The residual as a share of the largest velocity that a single impulse makes or that is asked for.
+    fn error<S: Space>(&self, problem: &ContactProblem<S>, prepared: &Prepared<S>, z: &[f64]) -> f64 {
+        let mut impulses = self.impulses(problem, z);
+        project(problem, &mut impulses);
+        let nothing = prepared.velocity_errors(problem, &Impulses::zero(problem));
+        let contacts =
+            prepared.contacts.iter().zip(&impulses.contacts).map(|(c, g)| g.normal / c.normal_mass);
+        let rows =
+            prepared.rows.iter().zip(&impulses.rows).map(|(r, l)| (l * r.inverse_effective_mass).abs());
+        let largest =
+            contacts.chain(rows).chain(nothing.iter().map(|u| u.abs())).fold(f64::MIN_POSITIVE, f64::max);
+        residual_of(problem, prepared, &impulses).absolute / largest
     }
 }

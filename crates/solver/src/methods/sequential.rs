@@ -31,6 +31,9 @@ impl<S: Space> ImpulseSolver<S> for Sequential<S> {
         impulses: &mut Impulses<S>,
     ) -> Outcome {
         impulses.fit(problem);
+        if problem.scalar_rows() == 0 {
+            return Outcome::nothing_to_do();
+        }
         if !problem.rows.is_empty() {
             let reason =
                 "the sequential solver resolves collisions only; bounded rows need pgs, pgs_matrix or lemke";

@@ -29,6 +29,8 @@ pub struct Thresholds {
     pub rest_speed: f64,
     /// Approaches slower than this are the solver's noise \[m/s\].
     pub still_speed: f64,
+    /// Plastic approaches slower than this do not make an impact phase necessary \[m/s\].
+    pub call_speed: f64,
     /// Gaps up to this count as touching \[m\].
     pub touching: f64,
     /// Length of the step \[s\].
@@ -244,7 +246,8 @@ impl<S: Geometry> Impacts<S> {
             let bounces = role == Role::Bounces;
             let target = if bounces { -t.restitution * u } else { limits.closing(t.gap) };
             let approaches = u < target.min(0.0) - limits.still_speed;
-            let calls = bounces || (role == Role::Holds && approaches && !resolved);
+            // slower ones leave an overlap of h u/2 at most, which the kick stops and the correction closes
+            let calls = bounces || (role == Role::Holds && u < target.min(0.0) - limits.call_speed && !resolved);
             // an elastic contact that is open waits for its own approach; all others feel their neighbours at once
             let feels = t.restitution == 0.0 || t.gap <= limits.touching || law == ImpactLaw::Sequential;
             let takes_part = bounces || law == ImpactLaw::Sequential || (role == Role::Holds && (approaches || feels));

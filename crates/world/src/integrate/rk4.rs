@@ -32,7 +32,7 @@ struct Rate<S: Geometry> {
 /// Weights of the four stages and where each is taken.
 const STAGES: [(f64, f64); 4] = [(1.0 / 6.0, 0.0), (1.0 / 3.0, 0.5), (1.0 / 3.0, 0.5), (1.0 / 6.0, 1.0)];
 
-/// Moves all bodies freely over the step.
+/// Moves all bodies freely over the step, and half of the last velocity's way back: there contacts act.
 pub fn advance<S: Geometry>(
     bodies: &mut Bodies<S>,
     step: &Step<S>,
@@ -64,19 +64,25 @@ pub fn advance<S: Geometry>(
         if bodies.is_dynamic(i) {
             work.gravity += bodies.data[i].mass_properties.mass * step.gravity.dot(end[i].x - start[i].x);
         }
+        bodies.motion.position[i] += end[i].v * (-0.5 * step.dt);
     }
     Ok(work)
 }
 
-/// Moves the poses by half a step of what the contact impulses changed.
+/// The second half of the drift that `advance` took back, now with the velocities after the contact impulses: a
+/// drift along a body's own velocity leaves its angular momentum alone, about whatever point.
 pub fn displace<S: Geometry>(bodies: &mut Bodies<S>, free: &[Twist<S>], h: f64) {
-    for (i, free) in free.iter().enumerate().filter(|(i, _)| bodies.data[*i].inverse_mass > 0.0) {
-        let change = bodies.motion.velocity[i] - free.linear;
-        bodies.motion.position[i] += change * (0.5 * h);
+    for (i, free) in free.iter().enumerate() {
+        let v = bodies.motion.velocity[i];
+        bodies.motion.position[i] += v * (0.5 * h);
         let turn = bodies.motion.angular_velocity[i] - free.angular;
         if turn != S::Spin::ZERO {
+            let momentum = bodies.spin_momentum(i);
             let turn = S::Rotation::about(turn * (0.5 * h));
             bodies.motion.rotation[i] = bodies.motion.rotation[i].then(&turn);
+            if !keeps_spin(bodies, i) {
+                set_spin_momentum(bodies, i, momentum);
+            }
         }
     }
 }

@@ -72,12 +72,16 @@ pub struct SchemeReport {
     pub ledger: Ledger,
 }
 
+/// Share of |g| h below which a plastic approach is the noise of a solve that ran out of iterations \[1\].
+const CALL: f64 = 1e-2;
+
 /// The speeds and lengths of a step.
 pub fn thresholds<S: Geometry>(settings: &Settings<S>, bodies: &Bodies<S>, dt: f64) -> Thresholds {
     let speed = settings.gravity.norm() * dt;
     Thresholds {
         rest_speed: settings.rest_speed_factor * speed,
         still_speed: settings.tolerance.max(1e-12 * speed),
+        call_speed: settings.tolerance.max(CALL * speed),
         touching: 1e-9 * smallest_extent(bodies).unwrap_or(0.0),
         dt,
     }
