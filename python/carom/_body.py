@@ -243,7 +243,7 @@ class Body:
         return float(self._native.inertia_about(self._name, numbers, self._point(point, "point")))
 
     def velocity_at(self, point: Any) -> Floats:
-        """Velocity of the body's point at a world point [m], v + w x r: (d,) float64 array [m/s] (item 5)."""
+        """Velocity of the body's point at a world point [m], v + w x r: (d,) float64 array [m/s] (item 4)."""
         numbers = self._space.vector(point, "point", "m", self._name)
         return frozen(self._native.velocity_at(self._name, numbers))
 

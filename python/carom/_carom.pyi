@@ -1,7 +1,7 @@
 """Types of the native module. Everything here is plain: lists, flat arrays, JSON. Users import `carom`."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, final, type_check_only
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,25 @@ _Field = tuple[str, str, int]
 _Residual = tuple[float, float, tuple[str, int] | None]
 _Csr = tuple[_Floats, _Whole, _Whole, tuple[int, int]]
 
+__all__ = [
+    "CONTACT_STATUS",
+    "LEDGER_LINES",
+    "SOLVERS",
+    "STOPS",
+    "PlanarPieces",
+    "PlanarProblem",
+    "PlanarWorld",
+    "SpatialPieces",
+    "SpatialProblem",
+    "SpatialWorld",
+    "__version__",
+    "build_scene",
+    "decompose",
+    "energy_lost",
+    "normal_impulse",
+    "scene_names",
+]
+
 __version__: str
 LEDGER_LINES: list[str]
 SOLVERS: list[str]
@@ -29,6 +48,7 @@ def decompose(vertices: _Floats, triangles: npt.NDArray[np.uint32], max_parts: i
 def normal_impulse(normal_velocity: float, restitution: float, effective_mass: float) -> float: ...
 def energy_lost(normal_velocity: float, restitution: float, effective_mass: float) -> float: ...
 
+@type_check_only
 class _World:
     def __init__(self) -> None: ...
     def set(self, name: str, json: str) -> None: ...
@@ -74,12 +94,15 @@ class _World:
     @staticmethod
     def step_fields() -> list[_Field]: ...
 
+@final
 class PlanarWorld(_World):
     def problem(self, dt: float | None, phase: str) -> PlanarProblem: ...
 
+@final
 class SpatialWorld(_World):
     def problem(self, dt: float | None, phase: str) -> SpatialProblem: ...
 
+@type_check_only
 class _Problem:
     def to_json(self) -> str: ...
     def counts(self) -> tuple[int, int, int]: ...
@@ -91,14 +114,17 @@ class _Problem:
         self, solver: str, iterations: int, tolerance: float, law: str | None, start: _Numbers | None
     ) -> dict[str, Any]: ...
 
+@final
 class PlanarProblem(_Problem):
     @staticmethod
     def from_json(text: str) -> PlanarProblem: ...
 
+@final
 class SpatialProblem(_Problem):
     @staticmethod
     def from_json(text: str) -> SpatialProblem: ...
 
+@type_check_only
 class _Pieces:
     SPACE: str
     @staticmethod
@@ -134,5 +160,8 @@ class _Pieces:
     @staticmethod
     def check_shape(shape: str) -> None: ...
 
+@final
 class PlanarPieces(_Pieces): ...
+
+@final
 class SpatialPieces(_Pieces): ...

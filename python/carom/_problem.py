@@ -1,4 +1,4 @@
-"""The contact problem as a value: matrices, solvers, residual, files (theory chapter 5, items 27-47).
+"""The contact problem as a value: matrices, solvers, residual, files (theory chapter 5, items 28-47).
 
 Find impulses gamma with u = J (v + M^-1 J^T gamma) so that 0 <= gamma_n, u_n - target >= 0, not both
 positive, and friction opposes the slip within its limit. Scalar rows come contact by contact, normal first,

@@ -172,6 +172,6 @@ def chunk_of(recorded: dict[str, Any], space: Space, bodies: int) -> Chunk:
         velocity=shaped("velocity", space.dimension),
         angular_velocity=shaped("angular_velocity", space.spins),
         contact_offsets=recorded["contact_offsets"],
-        contacts=space.records(recorded["contacts"], space.world.contact_fields()),
-        steps=space.records(recorded["steps"], space.world.step_fields()),
+        contacts=recorded["contacts"].view(space.contact_type),
+        steps=recorded["steps"].view(space.step_type),
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import numbers
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -99,9 +100,15 @@ class Space:
         """A float in the plane, a (3,) array in space."""
         return float(values[0]) if self.is_planar else frozen(np.asarray(values, dtype=np.float64))
 
-    def records(self, raw: npt.NDArray[np.uint8], fields: list[tuple[str, str, int]]) -> Records:
-        """Packed bytes as a structured array, without a copy."""
-        return raw.view(record_type(fields))
+    @cached_property
+    def contact_type(self) -> np.dtype[np.void]:
+        """Type of a contact's record."""
+        return record_type(self.world.contact_fields())
+
+    @cached_property
+    def step_type(self) -> np.dtype[np.void]:
+        """Type of a step's record."""
+        return record_type(self.world.step_fields())
 
 
 def record_type(fields: list[tuple[str, str, int]]) -> np.dtype[np.void]:

@@ -470,7 +470,8 @@ class World:
         slip : (d,) velocity of a's point against b's across the normal, after the step [m/s]
         status : index into ``carom.CONTACT_STATUS``: apart, sticks, slips, strikes
         """
-        return self._space.records(self._native.contacts(), self._space.world.contact_fields())
+        packed: Records = self._native.contacts().view(self._space.contact_type)
+        return packed
 
     @property
     def energy(self) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Single collisions, piece by piece (theory chapter 3, items 14-19), and questions to pairs of shapes.
+"""Single collisions, piece by piece (theory chapter 3, items 16-19), and questions to pairs of shapes.
 
 The five steps: `detect` the contact, `offset` of its point from each centre of mass, `effective_mass` along
 the normal, `normal_impulse`, and the `linear_response` and `angular_response` to it. Each takes vectors of

@@ -1,4 +1,4 @@
-"""Single collisions piece by piece (items 14-19, 16), detection, rays, in both spaces."""
+"""Single collisions piece by piece (items 16-19), detection, rays, in both spaces."""
 
 from __future__ import annotations
 

@@ -61,7 +61,12 @@ PLANAR: dict[str, tuple[dict[str, Any], str, str, Any]] = {
         "rotation",
         (1, 0, 0, 0),
     ),
-    "rotation of length 0": ({"mass": 1, "rotation": (0, 0)}, "must have a length that is not 0", "rotation", (0, 0)),
+    "rotation of length 0": (
+        {"mass": 1, "rotation": (0, 0)},
+        "must have a length that is not 0",
+        "rotation",
+        (0, 0),
+    ),
     "position and origin": (
         {"mass": 1, "position": (0, 0), "origin": (1, 1)},
         "origin must not be given beside position",

@@ -126,7 +126,7 @@ def test_a_world_that_its_force_field_refers_to_is_collected() -> None:
 
 
 def test_a_density_function_in_the_plane() -> None:
-    """Density r^2 over a disc of radius R: m = pi R^4 / 2, I = pi R^6 / 3."""
+    """Item 11. Density r^2 over a disc of radius R: m = pi R^4 / 2, I = pi R^6 / 3."""
     w = planar.World()
     radius = 2.0
     body = w.add_body(
@@ -141,7 +141,7 @@ def test_a_density_function_in_the_plane() -> None:
 
 
 def test_a_density_function_with_a_jump_in_space() -> None:
-    """The half z < 0 of a ball is heavier: m = 2 pi R^3 / 3 (a + b), z_c = pi R^4 (a - b) / (4 m)."""
+    """Item 12. The half z < 0 of a ball is heavier: m = 2 pi R^3 (a + b) / 3, z_c = pi R^4 (a - b) / 4 m."""
     above, below, radius = 900.0, 4900.0, 0.03
     found = spatial.mass_properties(
         spatial.Sphere(radius), density=lambda p: above + (below - above) * (p[:, 2] < 0), tolerance=1e-5

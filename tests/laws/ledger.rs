@@ -235,9 +235,10 @@ pub fn an_isolated_system_keeps_its_momentum_while_overlaps_are_corrected<S: Dim
     }
 }
 
-/// Case C31: 100 bodies, friction and contacts, no gravity, 10,000 steps.
+/// Case C31: 100 bodies, friction and contacts, no gravity, 10,000 steps. They are short, so that the bodies stay
+/// near: each sum x + h v is rounded at the size of x, and that, not the collisions, is what L would show.
 pub fn ten_thousand_steps_of_collisions_leave_the_momenta<S: Dimension>() {
-    let settings = Settings { position_correction: PositionCorrection::None, dt: 1e-3, ..Settings::default() };
+    let settings = Settings { position_correction: PositionCorrection::None, dt: 2e-4, ..Settings::default() };
     let mut w = brawl::<S>(settings, 100);
     let bodies = w.bodies();
     let (mut p, mut l) = (0.0, 0.0);
@@ -247,7 +248,7 @@ pub fn ten_thousand_steps_of_collisions_leave_the_momenta<S: Dimension>() {
     }
     let before = w.momenta();
     let mut contacts = 0;
-    run(&mut w, 10.0, |w, r| {
+    run(&mut w, 2.0, |w, r| {
         contacts += r.contacts;
         // bodies that fly apart have larger moments of momentum, and so larger rounding
         l = l.max((0..w.bodies().len()).map(|i| w.bodies().angular_momentum(i).norm()).sum());

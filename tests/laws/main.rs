@@ -6,6 +6,8 @@
 mod harness;
 
 mod bodies;
+mod constraints;
+mod robustness;
 mod impacts;
 mod ledger;
 mod slices;

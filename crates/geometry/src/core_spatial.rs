@@ -69,7 +69,7 @@ impl SpatialCore {
     }
     /// The flat-faced core, or `None` for a curved one.
     pub fn view(&self) -> Option<View<'_>> {
-        let bare = |points, center| View { points, faces: &[], rings: &[], edges: &[], center, half: None };
+        let bare = |points, center| View { points, faces: &[], rings: &[], edges: &[], arcs: &[], center, half: None };
         match self {
             SpatialCore::Point(p) => Some(bare(p, p[0])),
             SpatialCore::Segment(p) => Some(View { edges: &SEGMENT_EDGE, ..bare(p, (p[0] + p[1]) * 0.5) }),

@@ -83,9 +83,7 @@ impl Simplex {
 pub fn nearest(support: &impl Fn(Vec3) -> Corner, start: Vec3, reach: f64, scale: f64) -> Outcome {
     let mut simplex = Simplex::new(support(start));
     let mut point = simplex.corners[0].c;
-    CALLS.fetch_add(1,std::sync::atomic::Ordering::Relaxed);
     for _ in 0..STEPS {
-        ITERS.fetch_add(1,std::sync::atomic::Ordering::Relaxed);
         let squared = point.norm_squared();
         let distance = squared.sqrt();
         if distance <= NO_DIRECTION * scale {
@@ -193,6 +191,3 @@ fn on_tetrahedron(corners: [Corner; 4]) -> Option<Simplex> {
     }
     best.map(|b| b.1)
 }
-
-pub static CALLS: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
-pub static ITERS: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);

@@ -49,9 +49,9 @@ pub fn mass_properties(shape: &SpatialShape, density: f64) -> Result<MassPropert
 ///
 /// # Errors
 /// [`ShapeError`] as for [`mass_properties`]; for a density that is negative or not finite at a point (named),
-/// zero everywhere, or of the wrong count; for a tolerance out of range; and when
-/// [`EVALUATION_BUDGET`](crate::quadrature::EVALUATION_BUDGET) evaluations leave an error above both the
-/// tolerance and [`ACCEPTABLE_ERROR`](crate::quadrature::ACCEPTABLE_ERROR).
+/// zero everywhere, or of the wrong count; for a tolerance out of range; and when the budget of evaluations
+/// ([`EVALUATION_BUDGET`](crate::quadrature::EVALUATION_BUDGET)) leaves an error above both the tolerance and
+/// [`ACCEPTABLE_ERROR`](crate::quadrature::ACCEPTABLE_ERROR).
 pub fn mass_properties_of(
     shape: &SpatialShape,
     density: &mut dyn FnMut(&[Vec3]) -> Vec<f64>,

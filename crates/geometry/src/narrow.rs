@@ -16,6 +16,10 @@ const ONE_PATCH: f64 = 1.0 - 1e-10;
 /// Points of a patch closer than this fraction of the smaller piece are one \[1\].
 const ONE_POINT: f64 = 1e-6;
 
+/// The label of a face.
+const FACE: [u32; 2] = [NONE, NONE];
+/// A point this close to a seam stands on the facet, as a fraction of the scale \[1\].
+const ONE_SIDE: f64 = 1e-9;
 /// A facet whose normal was turned by its seams reports overlaps up to this many times the smallest one \[1\].
 const DEEPER: f64 = 10.0;
 
@@ -86,8 +90,7 @@ impl<S: Kernel> Found<'_, S> {
         let place = a.pose.inverse().compose(&b.pose);
         let radii = a.radius + b.radius;
         let reach = self.margin + radii;
-        let Some(nearest) = S::separation(a.core, b.core, &place, reach) else { return };
-        let Some((found, witnessed)) = judged(a, b, &place, nearest) else { return };
+        let Some((found, witnessed, smallest)) = direction(a, b, &place, reach) else { return };
         if found.gap > reach {
             return;
         }
@@ -97,7 +100,7 @@ impl<S: Kernel> Found<'_, S> {
         S::manifold(a.core, b.core, &place, &found, witnessed, reach, &mut self.touches);
         if !witnessed {
             // along a turned normal a facet sees depths behind it that are not its own: the neighbour's matter
-            let floor = DEEPER * nearest.gap.min(0.0) - 1e-9 * scale::<S>(a.core, b.core, &place);
+            let floor = DEEPER * smallest.min(0.0) - 1e-9 * scale::<S>(a.core, b.core, &place);
             self.touches.retain(|t| t.gap >= floor);
         }
         let name = mix(a.name, b.name);
@@ -171,31 +174,70 @@ impl<S: Kernel> Found<'_, S> {
     }
 }
 
-/// What the seams of facets make of a separation; `None` when there is no contact.
-fn judged<S: Kernel>(
+/// The direction along which two pieces may push each other, whether its witnesses are their own, and the
+/// smallest gap \[m\] of the pieces alone; `None` when there is no contact within `reach`.
+fn direction<S: Kernel>(
     a: &Piece<S>,
     b: &Piece<S>,
     place: &Pose<S>,
-    found: Separation<S>,
-) -> Option<(Separation<S>, bool)> {
-    let (mut found, mut witnessed) = (found, true);
+    reach: f64,
+) -> Option<(Separation<S>, bool, f64)> {
     let along = |normal| S::along(a.core, b.core, place, normal);
+    let (of_a, of_b) = (|d: S::Vector| -d, |d: S::Vector| place.rotation.rotate(d));
+    // facets see directions from themselves to the other piece, b's facet in its own frame
+    let only = match (a.facet, b.facet) {
+        (None, Some(facet)) => facet.only_normal(&|d| along(of_b(d)).gap).map(of_b),
+        (Some(facet), None) => facet.only_normal(&|d| along(of_a(d)).gap).map(of_a),
+        _ => None,
+    };
+    let slack = ONE_SIDE * scale::<S>(a.core, b.core, place);
+    if let Some(normal) = only {
+        let (found, witnessed) = turned(a, b, place, along(normal), slack);
+        return Some((found, witnessed, found.gap));
+    }
+    let found = S::separation(a.core, b.core, place, reach)?;
+    let mut best = (found, true);
     if let Some(facet) = b.facet {
-        let out = |d: S::Vector| place.rotation.rotate(d);
-        match facet.judge(place.rotation.unrotate(found.normal), &|d| along(out(d)).gap) {
+        match facet.judge(place.rotation.unrotate(found.normal), &|d| along(of_b(d)).gap) {
             Verdict::Keep => {}
-            Verdict::Turn(d) => (found, witnessed) = (along(out(d)), false),
+            Verdict::Turn(d) => best = turned(a, b, place, along(of_b(d)), slack),
             Verdict::Drop => return None,
         }
     }
     if let Some(facet) = a.facet {
-        match facet.judge(-found.normal, &|d| along(-d).gap) {
+        match facet.judge(-best.0.normal, &|d| along(of_a(d)).gap) {
             Verdict::Keep => {}
-            Verdict::Turn(d) => (found, witnessed) = (along(-d), false),
+            Verdict::Turn(d) => best = turned(a, b, place, along(of_a(d)), slack),
             Verdict::Drop => return None,
         }
     }
-    Some((found, witnessed))
+    Some((best.0, best.1, found.gap))
+}
+
+/// A separation along a normal that a facet chose: its witnesses are good when the other piece's farthest point
+/// stands on the facet.
+fn turned<S: Kernel>(
+    a: &Piece<S>,
+    b: &Piece<S>,
+    place: &Pose<S>,
+    along: Separation<S>,
+    slack: f64,
+) -> (Separation<S>, bool) {
+    let normal = along.normal;
+    let foot = match (a.facet, b.facet) {
+        (None, Some(facet)) => {
+            let foot = facet.foot(place.to_body(along.on_a), place.rotation.unrotate(normal), slack);
+            foot.map(|p| Separation { on_b: place.to_world(p), label: Label { b: FACE, ..along.label }, ..along })
+        }
+        (Some(facet), None) => {
+            let foot = facet.foot(along.on_b, normal, slack);
+            foot.map(|p| Separation { on_a: p, label: Label { a: FACE, ..along.label }, ..along })
+        }
+        _ => None,
+    };
+    // along a normal that is not the facet's own, its farthest corner is not where the foot is
+    let sound = foot.filter(|s| normal.dot(s.on_a - s.on_b) <= s.gap + slack);
+    (sound.unwrap_or(along), sound.is_some())
 }
 
 /// Merges the points of one pair that share a normal into patches, each with a few points.

@@ -163,14 +163,21 @@ fn facing_edges(
     let (corners_a, corners_b) = (a.corners(), b.corners());
     let edge_a = a.edge_toward(-normal).unwrap_or((0, 0));
     let edge_b = b.edge_toward(b_in_a.rotation.unrotate(normal)).unwrap_or((0, 0));
-    let ends = |edge: (usize, usize), place: &dyn Fn(usize) -> Vec2| -> [End; 2] {
+    let same = SAME_END * scale;
+    // an edge along the normal shows only the end that comes first
+    let ends = |edge: (usize, usize), place: &dyn Fn(usize) -> Vec2, toward: Vec2| -> [End; 2] {
         let end = |i: usize| (tangent.dot(place(i)), place(i), i as u32);
         let (p, q) = (end(edge.0), end(edge.1));
-        if p.0 <= q.0 { [p, q] } else { [q, p] }
+        if (p.0 - q.0).abs() <= same {
+            if toward.dot(p.1) >= toward.dot(q.1) { [p, p] } else { [q, q] }
+        } else if p.0 < q.0 {
+            [p, q]
+        } else {
+            [q, p]
+        }
     };
-    let on_a = ends(edge_a, &|i| corners_a[i]);
-    let on_b = ends(edge_b, &|j| b_in_a.to_world(corners_b[j]));
-    let same = SAME_END * scale;
+    let on_a = ends(edge_a, &|i| corners_a[i], -normal);
+    let on_b = ends(edge_b, &|j| b_in_a.to_world(corners_b[j]), normal);
     let low = on_a[0].0.max(on_b[0].0);
     let high = on_a[1].0.min(on_b[1].0);
     if low > high + same {

@@ -31,6 +31,8 @@ pub struct Polytope {
     pub rings: Vec<u32>,
     /// Edges, smaller corner first.
     pub edges: Vec<[u32; 2]>,
+    /// Normals of the two faces at each edge.
+    pub arcs: Vec<[Vec3; 2]>,
     /// A point inside \[m\].
     pub center: Vec3,
     /// Half side lengths when this is a box about the origin; speeds up supports.
@@ -48,6 +50,8 @@ pub struct View<'a> {
     pub rings: &'a [u32],
     /// Edges.
     pub edges: &'a [[u32; 2]],
+    /// Normals of the two faces at each edge; none where edges have no two faces that bound a volume.
+    pub arcs: &'a [[Vec3; 2]],
     /// A point inside \[m\].
     pub center: Vec3,
     /// Half side lengths of a box about the origin.
@@ -113,6 +117,7 @@ impl Polytope {
             faces: &self.faces,
             rings: &self.rings,
             edges: &self.edges,
+            arcs: &self.arcs,
             center: self.center,
             half: self.half,
         }
@@ -131,8 +136,8 @@ impl Polytope {
         };
         let half = vec3(half[0], half[1], half[2]);
         let faces: Vec<Face> = (0..6).map(face).collect();
-        let edges = edges_of(&faces, &rings);
-        Polytope { points, faces, rings, edges, center: Vec3::ZERO, half: Some(half) }
+        let (edges, arcs) = edges_of(&faces, &rings);
+        Polytope { points, faces, rings, edges, arcs, center: Vec3::ZERO, half: Some(half) }
     }
     /// A polytope from the corners and outward triangles of a convex hull.
     pub fn from_hull(points: Vec<Vec3>, triangles: &[[u32; 3]]) -> Self {
@@ -146,9 +151,9 @@ impl Polytope {
             faces.push(Face { normal, offset, first: rings.len() as u32, count: ring.len() as u32 });
             rings.extend(ring);
         }
-        let edges = edges_of(&faces, &rings);
+        let (edges, arcs) = edges_of(&faces, &rings);
         let center = points.iter().fold(Vec3::ZERO, |s, p| s + *p * (1.0 / points.len() as f64));
-        Polytope { points, faces, rings, edges, center, half: None }
+        Polytope { points, faces, rings, edges, arcs, center, half: None }
     }
 }
 
@@ -168,19 +173,19 @@ pub fn triangle_normal(corners: &[Vec3]) -> Vec3 {
     product.normalized().unwrap_or(vec3(0.0, 0.0, 1.0))
 }
 
-/// Sorted, distinct edges of all rings.
-fn edges_of(faces: &[Face], rings: &[u32]) -> Vec<[u32; 2]> {
-    let mut edges = Vec::new();
+/// Sorted, distinct edges of all rings, and the normals of the faces on their two sides.
+fn edges_of(faces: &[Face], rings: &[u32]) -> (Vec<[u32; 2]>, Vec<[Vec3; 2]>) {
+    let mut sides: Vec<([u32; 2], Vec3)> = Vec::new();
     for face in faces {
         let ring = &rings[face.first as usize..(face.first + face.count) as usize];
         for k in 0..ring.len() {
             let (u, v) = (ring[k], ring[(k + 1) % ring.len()]);
-            edges.push([u.min(v), u.max(v)]);
+            sides.push(([u.min(v), u.max(v)], face.normal));
         }
     }
-    edges.sort_unstable();
-    edges.dedup();
-    edges
+    sides.sort_by_key(|s| s.0);
+    let groups = || sides.chunk_by(|s, t| s.0 == t.0);
+    (groups().map(|g| g[0].0).collect(), groups().map(|g| [g[0].1, g[g.len() - 1].1]).collect())
 }
 
 /// Triangles gathered into faces: from the largest triangle outwards, neighbours join while their corners stay

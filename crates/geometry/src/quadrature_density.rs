@@ -8,7 +8,7 @@ use carom_math::{Column, Tuple};
 pub const EVALUATION_BUDGET: usize = 10_000_000;
 
 /// The budget grows to this for every cell of a shape of very many cells, such as a fine mesh \[1\].
-pub const EVALUATIONS_PER_CELL: usize = 600;
+pub const EVALUATIONS_PER_CELL: usize = 2000;
 
 /// Points handed to the density at once.
 pub(crate) const CHUNK: usize = 1 << 16;

@@ -102,6 +102,29 @@ impl<S: Kernel> Facet<'_, S> {
         }
         turned.map_or(Verdict::Keep, |t| Verdict::Turn(t.0))
     }
+    /// The only direction along which this facet can push a core that overlaps it little, where its seams allow no
+    /// other: sparing the search for one. The overlap counts as little below a tenth of the facet's width.
+    pub fn only_normal(&self, separation: &dyn Fn(S::Vector) -> f64) -> Option<S::Vector> {
+        let corners = &self.corners[..S::DIM];
+        let folds = &self.surface.folds[S::DIM * self.index..S::DIM * (self.index + 1)];
+        if !folds.iter().all(|f| f.is_finite()) {
+            return None;
+        }
+        let up = S::facet_normal(corners);
+        let (above, below) = (separation(up), separation(-up));
+        let (side, gap) = if self.surface.closed || above >= below { (1.0, above) } else { (-1.0, below) };
+        let width = (1..S::DIM).fold(f64::INFINITY, |m, k| m.min((corners[k] - corners[0]).norm()));
+        (folds.iter().all(|f| side * f <= LEAN) && gap > -0.1 * width).then_some(up * side)
+    }
+    /// Foot on the facet's plane of a point seen along a direction, if it lies on the facet (within `slack` \[m\]).
+    pub fn foot(&self, point: S::Vector, direction: S::Vector, slack: f64) -> Option<S::Vector> {
+        let corners = &self.corners[..S::DIM];
+        let up = S::facet_normal(corners);
+        let lean = up.dot(direction);
+        let foot = point - direction * (up.dot(point - corners[0]) / lean);
+        let inside = |k: usize| S::facet_outward(corners, k).dot(foot - corners[k]) <= slack;
+        (lean.abs() > 0.1 && (0..S::DIM).all(inside)).then_some(foot)
+    }
     /// True when the facet's farthest corners along a direction all lie on its k-th seam.
     fn meets_seam(&self, k: usize, direction: S::Vector) -> bool {
         let corners = &self.corners[..S::DIM];

@@ -209,6 +209,21 @@ fn the_stated_error_bounds_the_true_error_of_oblique_layers_in_space() {
 }
 
 #[test]
+fn fine_meshes_are_integrated_with_coarser_grids() {
+    let points: Vec<Vec3> = on_sphere(vec3(0.1, 0.0, -0.05), 0.5, 1000).collect();
+    let (vertices, triangles) = carom_geometry::hull::convex_hull_spatial(&points).unwrap();
+    let shape = SpatialShape::TriMesh { vertices, triangles };
+    let uniform = spatial(&shape);
+    assert_honest(&spatial_of(&shape, |_| 1.0, 1e-7), &uniform, 1e-7, "constant");
+    let (normal, level) = (vec3(0.2, 0.0, 1.0), 0.1);
+    let exact = of_two(&below(&points, normal, level), 4.0, &below(&points, -normal, -level), 1.0);
+    let density = |p: Vec3| if normal.dot(p) < level { 4.0 } else { 1.0 };
+    for tolerance in [1e-2, 1e-3, 1e-4] {
+        assert_honest(&spatial_of(&shape, density, tolerance), &exact, tolerance, "layers");
+    }
+}
+
+#[test]
 fn the_stated_error_bounds_the_true_error_of_a_ball_inside() {
     let (center, radius) = (vec3(0.12, 0.03, -0.08), 0.15);
     let density = |p: Vec3| if (p - center).norm() < radius { 4900.0 } else { 900.0 };

@@ -1,4 +1,4 @@
-//! Geometry and the single collision as functions of plain numbers (theory chapter 3, items 14-19): no world.
+//! Geometry and the single collision as functions of plain numbers (theory chapter 3, items 16-19): no world.
 
 use crate::arguments::{self, PlainMass};
 use crate::arrays;

@@ -49,7 +49,7 @@ static SCENES: [SceneInfo; 33] = [
         "billiard_break_planar",
         6.0,
         "a cue ball breaks a rack of fifteen discs, seen from above",
-        || striking::billiard_break_planar(),
+        striking::billiard_break_planar,
     ),
     planar_scene("bouncing_ball_planar", 5.0, "a disc dropped from 1 m bounces with restitution .8", || {
         falling::bouncing_ball::<Planar>(1.0, 0.8)
@@ -92,7 +92,7 @@ static SCENES: [SceneInfo; 33] = [
         "billiard_break_spatial",
         6.0,
         "a cue ball breaks a rack of fifteen balls on a table",
-        || striking::billiard_break_spatial(),
+        striking::billiard_break_spatial,
     ),
     spatial_scene(
         "bouncing_ball_spatial",
@@ -117,7 +117,7 @@ static SCENES: [SceneInfo; 33] = [
         "dzhanibekov",
         20.0,
         "a handle spun about its intermediate axis flips again and again",
-        || spinning::dzhanibekov(),
+        spinning::dzhanibekov,
     ),
     spatial_scene(
         "four_leg_table",

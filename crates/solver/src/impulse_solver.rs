@@ -77,7 +77,7 @@ impl SolverKind {
         match self {
             SolverKind::Sequential => Box::new(Sequential::<S>::default()),
             SolverKind::Pgs => Box::new(Pgs::<S>::default()),
-            SolverKind::PgsMatrix => Box::new(PgsMatrix::default()),
+            SolverKind::PgsMatrix => Box::new(PgsMatrix),
             SolverKind::Direct => Box::new(Direct),
             SolverKind::Lemke => Box::new(Lemke),
         }

@@ -15,7 +15,7 @@ pub enum LcpEnd {
 }
 
 /// Entries of the scaled tableau below this share of their column are rounding, not pivots.
-const NO_PIVOT: f64 = 1e-13;
+const NO_PIVOT: f64 = 1e-12;
 /// What rounding leaves in a scaled tableau's right-hand side: ratios closer than this are ties.
 const NOISE: f64 = 1e-13;
 /// A basic solution with an error below this is accepted at once.

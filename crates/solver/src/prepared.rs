@@ -126,6 +126,8 @@ pub struct PreparedContact<S: Space> {
     pub tangent_mass: f64,
     /// lambda_max(W_tt) \[1/kg\].
     pub inverse_tangent_mass: f64,
+    /// W_tn: what a unit normal impulse adds to the slip \[1/kg\].
+    pub normal_coupling: S::Slip,
     /// Entry of W_tt that couples the two tangents \[1/kg\]; zero in the plane.
     pub tangent_coupling: f64,
     /// Normal velocity that a pressed contact ends with \[m/s\].
@@ -143,9 +145,10 @@ impl<S: Space> PreparedContact<S> {
         let first = ContactRow::new(c, S::tangent(c.normal, 0), masses);
         let second = if S::SLIP > 1 { ContactRow::new(c, S::tangent(c.normal, 1), masses) } else { first };
         let tangents = [first, second];
-        // the tangents are perpendicular, so only the turning couples them
-        let turning = first.moment_a.dot(second.turn_a) + first.moment_b.dot(second.turn_b);
-        let tangent_coupling = if S::SLIP > 1 { turning } else { 0.0 };
+        // the directions are perpendicular, so only the turning couples them
+        let coupling =
+            |p: &ContactRow<S>, q: &ContactRow<S>| p.moment_a.dot(q.turn_a) + p.moment_b.dot(q.turn_b);
+        let tangent_coupling = if S::SLIP > 1 { coupling(&tangents[0], &tangents[1]) } else { 0.0 };
         let largest = largest_eigenvalue::<S>(&tangents, tangent_coupling);
         // where no impulse changes the slip, any step length has the same fixed point
         let inverse_tangent_mass = if largest > 0.0 { largest } else { normal.inverse_effective_mass };
@@ -157,6 +160,7 @@ impl<S: Space> PreparedContact<S> {
             normal_mass: 1.0 / normal.inverse_effective_mass,
             tangent_mass: 1.0 / inverse_tangent_mass,
             inverse_tangent_mass,
+            normal_coupling: S::Slip::from_fn(|k| coupling(&tangents[k], &normal)),
             tangent_coupling,
             target: c.target,
             restitution: c.restitution,
@@ -191,27 +195,36 @@ impl<S: Space> PreparedContact<S> {
         v[self.normal.a as usize] = a;
         v[self.normal.b as usize] = b;
     }
-    /// Adds the response to an impulse along one of the contact's rows to the velocities of the two bodies.
+    /// Adds the response to a normal impulse to the velocities of the two bodies.
     #[inline]
-    pub fn push(&self, row: &ContactRow<S>, impulse: f64, a: &mut Twist<S>, b: &mut Twist<S>) {
-        a.linear += row.direction * (impulse * self.inverse_mass_a);
-        a.angular += row.turn_a * impulse;
-        b.linear -= row.direction * (impulse * self.inverse_mass_b);
-        b.angular -= row.turn_b * impulse;
+    pub fn push_normal(&self, impulse: f64, a: &mut Twist<S>, b: &mut Twist<S>) {
+        let force = self.normal.direction * impulse;
+        a.linear += force * self.inverse_mass_a;
+        b.linear -= force * self.inverse_mass_b;
+        a.angular += self.normal.turn_a * impulse;
+        b.angular -= self.normal.turn_b * impulse;
     }
-    /// Adds the response to a tangential impulse to the velocities of the two bodies.
+    /// Adds the response to an impulse to the velocities of the two bodies.
     #[inline]
-    pub fn push_tangent(&self, impulse: S::Slip, a: &mut Twist<S>, b: &mut Twist<S>) {
+    pub fn push(&self, impulse: &Impulse<S>, a: &mut Twist<S>, b: &mut Twist<S>) {
+        let mut force = self.normal.direction * impulse.normal;
+        let mut turn_a = self.normal.turn_a * impulse.normal;
+        let mut turn_b = self.normal.turn_b * impulse.normal;
         for k in 0..S::SLIP {
-            self.push(&self.tangents[k], impulse[k], a, b);
+            force += self.tangents[k].direction * impulse.tangent[k];
+            turn_a += self.tangents[k].turn_a * impulse.tangent[k];
+            turn_b += self.tangents[k].turn_b * impulse.tangent[k];
         }
+        a.linear += force * self.inverse_mass_a;
+        b.linear -= force * self.inverse_mass_b;
+        a.angular += turn_a;
+        b.angular -= turn_b;
     }
     /// Applies an impulse of the contact.
     #[inline]
     pub fn apply(&self, impulse: &Impulse<S>, v: &mut [Twist<S>]) {
         let (mut a, mut b) = self.pair(v);
-        self.push(&self.normal, impulse.normal, &mut a, &mut b);
-        self.push_tangent(impulse.tangent, &mut a, &mut b);
+        self.push(impulse, &mut a, &mut b);
         self.store((a, b), v);
     }
 }

@@ -20,28 +20,16 @@ pub fn begin<S: Geometry>(problem: &mut ContactProblem<S>, bodies: &Bodies<S>, l
     problem.velocities.extend((0..bodies.len()).map(|i| bodies.motion.twist(i)));
 }
 
-/// A contact of the problem. `moved` is the displacement of each body since detection: both bodies of the
-/// contact go on using one common point, or angular momentum would leak.
-pub fn contact<S: Geometry>(
-    bodies: &Bodies<S>,
-    t: &Touch<S>,
-    target: f64,
-    moved: &impl Fn(usize) -> S::Vector,
-) -> Contact<S> {
-    let (da, db) = (moved(t.a), moved(t.b));
-    let shift = match (bodies.is_dynamic(t.a), bodies.is_dynamic(t.b)) {
-        (true, true) => (da + db) * 0.5,
-        (true, false) => da,
-        (false, _) => db,
-    };
-    let point = t.point + shift;
+/// A contact of the problem with arms from the bodies' present places: both use the one common point, or angular
+/// momentum would leak.
+pub fn contact<S: Geometry>(bodies: &Bodies<S>, t: &Touch<S>, target: f64) -> Contact<S> {
     Contact {
         id: t.id,
         a: t.a,
         b: t.b,
         normal: t.normal,
-        arm_a: point - bodies.motion.position[t.a],
-        arm_b: point - bodies.motion.position[t.b],
+        arm_a: t.point - bodies.motion.position[t.a],
+        arm_b: t.point - bodies.motion.position[t.b],
         gap: t.gap,
         target,
         restitution: t.restitution,

@@ -83,7 +83,7 @@ impl<S: Geometry> Correction<S> {
                 (true, false) => settings.correction_fraction * excess / dt,
                 _ => excess / dt,
             };
-            let mut c = assembly::contact(bodies, &o.touch, target, &|_| S::Vector::ZERO);
+            let mut c = assembly::contact(bodies, &o.touch, target);
             c.friction = 0.0;
             self.problem.contacts.push(c);
         }

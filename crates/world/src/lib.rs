@@ -12,6 +12,7 @@ pub mod force;
 pub mod impact;
 pub mod integrate;
 pub mod material;
+pub mod mid_step;
 pub mod narrow_phase;
 pub mod observe;
 pub mod settings;

@@ -109,7 +109,8 @@ fn speed<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: 
         return linear; // a wall, maybe a driven one; that it does not turn much is the user's matter
     }
     let fall = if bodies.is_dynamic(i) { settings.gravity.norm() * dt } else { 0.0 };
-    linear + 0.5 * d.extent * bodies.motion.angular_velocity[i].norm() + fall
+    let arm = 0.5 * d.extent + d.mass_properties.center.norm();
+    linear + arm * bodies.motion.angular_velocity[i].norm() + fall
 }
 
 /// A body that a fast one is about to hit may be fast itself before the step is over: pairs share their speeds.
@@ -145,7 +146,7 @@ fn reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: 
 }
 
 /// A contact's name from its bodies' serials and its feature: a fixed mixing of bits (SplitMix64's).
-fn contact_id(a: u64, b: u64, feature: u64) -> u64 {
+pub fn contact_id(a: u64, b: u64, feature: u64) -> u64 {
     let mix = |mut x: u64| {
         x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -1,6 +1,7 @@
 //! Sparse factorisation of A gamma = b (theory eq. 5.8, item 31): exact in one go when A is regular and every
 //! impulse comes out admissible (contacts press and stick inside their friction limit, rows within bounds).
-//! Otherwise it says so and changes nothing: the system was then not the right one to solve.
+//! Otherwise it says so and changes nothing: the system was then not the right one to solve. The last digits may
+//! differ between processors, for the factorisation uses the widest registers that it finds.
 
 use crate::cone::project;
 use crate::delassus::{delassus_of, right_hand_side_of};

@@ -89,11 +89,11 @@ pub fn collide<S: Space>(
         return 0.0;
     }
     let normal = c.normal_mass * (after - before);
-    c.push(&c.normal, normal, &mut a, &mut b);
+    c.push_normal(normal, &mut a, &mut b);
     total.normal += normal;
     if c.friction > 0.0 {
         let tangent = friction_impulse(c, c.slip_between(&a, &b), c.friction * normal, law);
-        c.push_tangent(tangent, &mut a, &mut b);
+        c.push(&Impulse { normal: 0.0, tangent }, &mut a, &mut b);
         total.tangent += tangent;
     }
     c.store((a, b), v);

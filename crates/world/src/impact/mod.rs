@@ -221,7 +221,7 @@ impl<S: Geometry> Impacts<S> {
         self.struck.clear();
         for (k, t) in touches.iter().enumerate() {
             let Some(part) = self.parts[k].filter(|_| islands.is_marked(bodies, t.a, t.b)) else { continue };
-            self.problem.contacts.push(assembly::contact(bodies, t, part.target, &|_| S::Vector::ZERO));
+            self.problem.contacts.push(assembly::contact(bodies, t, part.target));
             self.bounces.push(part.bounces);
             self.struck.push(k);
             self.resolved[k] = true;

@@ -76,6 +76,10 @@ impl Integrator {
             _ => 0.5,
         }
     }
+    /// True when the kick acts on the poses half-way through the step.
+    pub fn kicks_half_way(self) -> bool {
+        matches!(self, Integrator::Trapezoid | Integrator::ImplicitMidpoint)
+    }
     /// Moves the poses to where the kick acts.
     ///
     /// # Errors

@@ -11,6 +11,7 @@ use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::{Impacts, Role, Thresholds};
 use crate::integrate::{DriftWork, Integrator, Loads, Step};
+use crate::mid_step::MidStep;
 use crate::narrow_phase::{Touch, smallest_extent};
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
@@ -26,6 +27,7 @@ pub struct FixedStep<S: Geometry> {
     solver: Option<(SolverKind, Box<dyn ImpulseSolver<S>>)>,
     /// The impacts of the last step.
     pub impacts: Impacts<S>,
+    mid_step: MidStep<S>,
     correction: Correction<S>,
     /// The contact problem of the last step.
     pub problem: ContactProblem<S>,
@@ -47,6 +49,7 @@ impl<S: Geometry> Default for FixedStep<S> {
         FixedStep {
             solver: None,
             impacts: Impacts::default(),
+            mid_step: MidStep::default(),
             correction: Correction::default(),
             impulses: Impulses::zero(&problem),
             problem,
@@ -203,9 +206,10 @@ impl<S: Geometry> FixedStep<S> {
         self.problem.velocities.clone_from(&self.free);
         self.pressed.clear();
         let end_share = settings.integrator.end_share();
+        let turning = settings.integrator.kicks_half_way();
+        let touches = self.mid_step.update(bodies, touches, &self.origin, limits.dt, turning);
         for (k, t) in touches.iter().enumerate() {
-            let moved = |i: usize| bodies.motion.position[i] - self.origin[i];
-            let mut contact = assembly::contact(bodies, t, 0.0, &moved);
+            let mut contact = assembly::contact(bodies, t, 0.0);
             let (before, _) = contact.relative_velocity(&self.start);
             match limits.role(t.gap, before, t.restitution) {
                 Role::Holds => {}

@@ -1,0 +1,174 @@
+//! Overlap of two flat-faced cores of space: the largest s(n) lies on a face normal of either or on the normal of
+//! two crossed edges (Gottschalk 1996). Faces are tried only where a known corner of the other core does not
+//! rule them out; edges only where both reach into the overlap and their arcs of normals cross (Gregorius 2013).
+//! Knows no radii.
+
+use crate::kernel::{Label, NONE, Separation};
+use crate::polytope::View;
+use crate::separate::{Pair, edge};
+use carom_math::{Column, Space, Spatial, Vec3};
+
+/// A direction must beat the best so far by this fraction of the scale \[1\]: a resting face stays a face.
+const BIAS: f64 = 1e-10;
+
+/// Products of sines below this are rounding \[1\].
+const TOUCHING: f64 = 1e-14;
+
+/// An edge of b that reaches into the overlap, in a's frame.
+struct Reaching {
+    name: [u32; 2],
+    ends: [Vec3; 2],
+    /// Normals of its two faces, turned round; `None` where it has no two faces that bound a volume.
+    arc: Option<[Vec3; 2]>,
+}
+
+impl Pair<'_> {
+    /// The best face normal or pair of crossed edges of two flat cores that touch or overlap.
+    pub fn overlap(&self, a: &View, b: &View) -> Option<Separation<Spatial>> {
+        let bias = BIAS * self.scale;
+        let face = self.best_face(a, b, bias).or_else(|| self.best_side(a, b, bias));
+        let mut best = face;
+        self.each_crossing(a, b, face.as_ref(), &mut |normal, label, on_a, on_b| {
+            // s(n) is at most the distance of these edges, and equal to it when they are the ones that meet:
+            // parallel edges elsewhere have the same direction and points that are not there
+            let distance = normal.dot(on_a - on_b);
+            let beats = |gap: f64| best.is_none_or(|t| gap > t.gap + bias);
+            if beats(distance) {
+                let gap = self.along(normal).gap;
+                if beats(gap) && distance <= gap + bias {
+                    best = Some(Separation { normal, gap, on_a, on_b, label });
+                }
+            }
+        });
+        best
+    }
+
+    /// The best face normal of either core; a's faces win ties. The witnesses are the corner that meets the face
+    /// and its foot there.
+    fn best_face(&self, a: &View, b: &View, bias: f64) -> Option<Separation<Spatial>> {
+        let mut best: Option<Separation<Spatial>> = None;
+        let beats = |gap: f64, best: &Option<Separation<Spatial>>| best.is_none_or(|t| gap > t.gap + bias);
+        let toward = self.between_centers();
+        let mut corner = self.point_of_b(self.b.support(self.into_b(toward)).0);
+        for f in a.faces {
+            if !beats(f.normal.dot(corner) - f.offset, &best) {
+                continue;
+            }
+            let (local, j) = self.b.support(self.into_b(-f.normal));
+            corner = self.point_of_b(local);
+            let gap = f.normal.dot(corner) - f.offset;
+            if beats(gap, &best) {
+                let label = Label { a: [NONE, NONE], b: [j, NONE] };
+                best = Some(Separation { normal: -f.normal, gap, on_a: corner - f.normal * gap, on_b: corner, label });
+            }
+        }
+        let mut corner = self.a.support(-toward).0;
+        for f in b.faces {
+            let normal = self.out_of_b(f.normal);
+            let offset = f.offset + normal.dot(self.place.position);
+            if !beats(normal.dot(corner) - offset, &best) {
+                continue;
+            }
+            let (point, i) = self.a.support(-normal);
+            corner = point;
+            let gap = normal.dot(corner) - offset;
+            if beats(gap, &best) {
+                let label = Label { a: [i, NONE], b: [NONE, NONE] };
+                best = Some(Separation { normal, gap, on_a: corner, on_b: corner - normal * gap, label });
+            }
+        }
+        best
+    }
+
+    /// For two segments, or points on them: any direction across stands in for a face.
+    fn best_side(&self, a: &View, b: &View, bias: f64) -> Option<Separation<Spatial>> {
+        let of_a = a.edges.iter().map(|e| edge(a, *e));
+        let of_b = b.edges.iter().map(|e| self.out_of_b(edge(b, *e)));
+        let mut best: Option<Separation<Spatial>> = None;
+        for unit in of_a.chain(of_b).filter_map(Column::normalized) {
+            let s = self.along(Spatial::tangent(unit, 0));
+            if best.is_none_or(|t| s.gap > t.gap + bias) {
+                best = Some(s);
+            }
+        }
+        best
+    }
+
+    /// Calls `visit` with the normal of every pair of edges that can support the overlap, the pair's label and
+    /// the points where the edges pass each other.
+    fn each_crossing(
+        &self,
+        a: &View,
+        b: &View,
+        face: Option<&Separation<Spatial>>,
+        visit: &mut dyn FnMut(Vec3, Label, Vec3, Vec3),
+    ) {
+        // an edge that supports a better direction passes within |s| of the other core, so it reaches at most
+        // 2 |s| beyond the other core's plane along the best face normal
+        let depth = face.map_or(f64::INFINITY, |s| 2.0 * s.gap.abs() + 1e-9 * self.scale);
+        let n = face.map_or(Vec3::ZERO, |s| s.normal);
+        let (low, high) = face.map_or((0.0, 0.0), |s| (n.dot(s.on_a), n.dot(s.on_b)));
+        let (center_a, center_b) = (a.center, self.point_of_b(b.center));
+        let slack = 1e-12 * self.scale;
+        let reaching = self.reaching(b, n, high - depth);
+        for (k, e) in a.edges.iter().enumerate() {
+            let (p, q) = (a.points[e[0] as usize], a.points[e[1] as usize]);
+            if n.dot(p).min(n.dot(q)) > low + depth {
+                continue;
+            }
+            let u = q - p;
+            for f in &reaching {
+                let [r, s] = f.ends;
+                if let (Some(arc), Some(other)) = (a.arcs.get(k), &f.arc) {
+                    if !arcs_cross(arc, other) {
+                        continue;
+                    }
+                }
+                let product = u.cross(s - r);
+                if product.norm_squared() <= 1e-18 * u.norm_squared() * (s - r).norm_squared() {
+                    continue;
+                }
+                let Some(unit) = product.normalized() else { continue };
+                // a lies above its edge and b below its own, else the edges do not support this direction
+                let (above, below) = (unit.dot(center_a - p), unit.dot(center_b - r));
+                let sign = if above > slack || below < -slack { 1.0 } else { -1.0 };
+                if sign * above < -slack || sign * below > slack {
+                    continue;
+                }
+                let (on_a, on_b) = passing(p, u, r, s - r);
+                visit(unit * sign, Label { a: *e, b: f.name }, on_a, on_b);
+            }
+        }
+    }
+
+    /// The edges of b with an end at least `height` along n, in a's frame.
+    fn reaching(&self, b: &View, n: Vec3, height: f64) -> Vec<Reaching> {
+        let mut found = Vec::new();
+        for (k, e) in b.edges.iter().enumerate() {
+            let ends = e.map(|i| self.point_of_b(b.points[i as usize]));
+            if n.dot(ends[0]).max(n.dot(ends[1])) >= height {
+                let arc = b.arcs.get(k).map(|arc| arc.map(|m| -self.out_of_b(m)));
+                found.push(Reaching { name: *e, ends, arc });
+            }
+        }
+        found
+    }
+}
+
+/// True when the arcs of normals between the faces of two edges (one of them turned round) cross on the sphere:
+/// then and only then the two edges span a face of the difference set. Arcs that only touch count as crossing.
+fn arcs_cross([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> bool {
+    let (ba, dc) = (b.cross(*a), d.cross(*c));
+    let (cba, dba, adc, bdc) = (c.dot(ba), d.dot(ba), a.dot(dc), b.dot(dc));
+    // each arc has its ends on both sides of the other's plane, and both lie on the same side of the sphere
+    cba * dba <= TOUCHING && adc * bdc <= TOUCHING && cba * bdc >= -TOUCHING
+}
+
+/// Points where the lines p + x u and r + y v pass each other, kept on the segments.
+fn passing(p: Vec3, u: Vec3, r: Vec3, v: Vec3) -> (Vec3, Vec3) {
+    let (uu, vv, uv, w) = (u.norm_squared(), v.norm_squared(), u.dot(v), r - p);
+    let determinant = uu * vv - uv * uv;
+    let x = ((w.dot(u) * vv - w.dot(v) * uv) / determinant).clamp(0.0, 1.0);
+    let y = ((w.dot(u) * uv - w.dot(v) * uu) / determinant).clamp(0.0, 1.0);
+    (p + u * x, r + v * y)
+}
