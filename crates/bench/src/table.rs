@@ -69,8 +69,10 @@ impl Row {
         let head = format!("{:<22} {:<7} {:<10} {:>6}", self.scene, self.engine, self.solver, self.bodies);
         match &self.figures {
             Err(reason) => {
-                let short: String = reason.chars().take(100).collect();
-                format!("{head} stopped: {short}")
+                // what the solver says of itself, without the sentence around it
+                let (step, own) = reason.split_once(": ").unwrap_or(("", reason));
+                let own = own.split("contacts: ").last().unwrap_or(own);
+                format!("{head} stopped at {step}: {}", own.chars().take(90).collect::<String>())
             }
             Ok(f) => format!(
                 "{head} {:>8} {:>5} {:>10.4} {:>8} {:>10.2e} {:>10} {:>10.2e}",

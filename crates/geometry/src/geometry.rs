@@ -120,7 +120,9 @@ pub trait Geometry: Space {
         pose_b: &Pose<Self>,
         reach: f64,
     ) -> Option<Closest<Self>>;
-    /// First hit of the ray origin + t direction (unit), 0 <= t <= `reach`.
+    /// First hit of the ray origin + t direction (unit), 0 <= t <= `reach`. From inside a solid the distance is 0
+    /// and the normal points to the nearest way out; surfaces (walls, meshes, height fields) are hit from both
+    /// sides, with the normal on the ray's side.
     fn raycast(
         collider: &Self::Collider,
         pose: &Pose<Self>,

@@ -166,7 +166,9 @@ impl<S: Kernel> Found<'_, S> {
             }
         }
         let normal = if wall_is_a { -outward } else { outward };
-        for i in spread::<S>(&places, outward, S::PATCH) {
+        let kept =
+            if places.len() > S::PATCH { spread::<S>(&places, outward, S::PATCH) } else { (0..places.len()).collect() };
+        for i in kept {
             let label = Label { a: [names[i], NONE], b: [NONE, NONE] };
             let (point, gap) = places[i];
             self.out.push(ContactPoint { feature: mix(name, label.code()), point, normal, gap });

@@ -22,21 +22,33 @@ struct Reaching {
     arc: Option<[Vec3; 2]>,
 }
 
+/// Two edges that may hold the overlap.
+struct Crossing<'a> {
+    /// Unit normal from b to a, across both edges.
+    normal: Vec3,
+    /// Distance of the two lines along the normal \[m\]: no less than s(n).
+    distance: f64,
+    label: Label,
+    of_a: [Vec3; 2],
+    arc_a: Option<&'a [Vec3; 2]>,
+    of_b: &'a Reaching,
+}
+
 impl Pair<'_> {
     /// The best face normal or pair of crossed edges of two flat cores that touch or overlap.
     pub fn overlap(&self, a: &View, b: &View) -> Option<Separation<Spatial>> {
         let bias = BIAS * self.scale;
         let face = self.best_face(a, b, bias).or_else(|| self.best_side(a, b, bias));
         let mut best = face;
-        self.each_crossing(a, b, face.as_ref(), &mut |normal, label, on_a, on_b| {
+        self.each_crossing(a, b, face.as_ref(), &mut |crossing| {
             // s(n) is at most the distance of these edges, and equal to it when they are the ones that meet:
             // parallel edges elsewhere have the same direction and points that are not there
-            let distance = normal.dot(on_a - on_b);
             let beats = |gap: f64| best.is_none_or(|t| gap > t.gap + bias);
-            if beats(distance) {
-                let gap = self.along(normal).gap;
-                if beats(gap) && distance <= gap + bias {
-                    best = Some(Separation { normal, gap, on_a, on_b, label });
+            if beats(crossing.distance) && crossing.arcs_cross() {
+                let gap = self.along(crossing.normal).gap;
+                if beats(gap) && crossing.distance <= gap + bias {
+                    let (on_a, on_b) = crossing.passing();
+                    best = Some(Separation { normal: crossing.normal, gap, on_a, on_b, label: crossing.label });
                 }
             }
         });
@@ -94,14 +106,13 @@ impl Pair<'_> {
         best
     }
 
-    /// Calls `visit` with the normal of every pair of edges that can support the overlap, the pair's label and
-    /// the points where the edges pass each other.
+    /// Calls `visit` with every pair of edges that reach into the overlap and look at each other.
     fn each_crossing(
         &self,
         a: &View,
         b: &View,
         face: Option<&Separation<Spatial>>,
-        visit: &mut dyn FnMut(Vec3, Label, Vec3, Vec3),
+        visit: &mut dyn FnMut(&Crossing),
     ) {
         // an edge that supports a better direction passes within |s| of the other core, so it reaches at most
         // 2 |s| beyond the other core's plane along the best face normal
@@ -116,14 +127,8 @@ impl Pair<'_> {
             if n.dot(p).min(n.dot(q)) > low + depth {
                 continue;
             }
-            let u = q - p;
             for f in &reaching {
-                let [r, s] = f.ends;
-                if let (Some(arc), Some(other)) = (a.arcs.get(k), &f.arc) {
-                    if !arcs_cross(arc, other) {
-                        continue;
-                    }
-                }
+                let ([r, s], u) = (f.ends, q - p);
                 let product = u.cross(s - r);
                 if product.norm_squared() <= 1e-18 * u.norm_squared() * (s - r).norm_squared() {
                     continue;
@@ -135,8 +140,9 @@ impl Pair<'_> {
                 if sign * above < -slack || sign * below > slack {
                     continue;
                 }
-                let (on_a, on_b) = passing(p, u, r, s - r);
-                visit(unit * sign, Label { a: *e, b: f.name }, on_a, on_b);
+                let (normal, label) = (unit * sign, Label { a: *e, b: f.name });
+                let distance = normal.dot(p - r);
+                visit(&Crossing { normal, distance, label, of_a: [p, q], arc_a: a.arcs.get(k), of_b: f });
             }
         }
     }
@@ -155,20 +161,26 @@ impl Pair<'_> {
     }
 }
 
-/// True when the arcs of normals between the faces of two edges (one of them turned round) cross on the sphere:
-/// then and only then the two edges span a face of the difference set. Arcs that only touch count as crossing.
-fn arcs_cross([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> bool {
-    let (ba, dc) = (b.cross(*a), d.cross(*c));
-    let (cba, dba, adc, bdc) = (c.dot(ba), d.dot(ba), a.dot(dc), b.dot(dc));
-    // each arc has its ends on both sides of the other's plane, and both lie on the same side of the sphere
-    cba * dba <= TOUCHING && adc * bdc <= TOUCHING && cba * bdc >= -TOUCHING
-}
+impl Crossing<'_> {
+    /// True when the arcs of normals between the faces of the two edges (b's turned round) cross on the sphere:
+    /// then and only then the edges span a face of the difference set. Arcs that only touch count as crossing, and
+    /// so do edges without arcs.
+    fn arcs_cross(&self) -> bool {
+        let (Some([a, b]), Some([c, d])) = (self.arc_a, &self.of_b.arc) else { return true };
+        let (ba, dc) = (b.cross(*a), d.cross(*c));
+        let (cba, dba, adc, bdc) = (c.dot(ba), d.dot(ba), a.dot(dc), b.dot(dc));
+        // each arc has its ends on both sides of the other's plane, and both lie on the same side of the sphere
+        cba * dba <= TOUCHING && adc * bdc <= TOUCHING && cba * bdc >= -TOUCHING
+    }
 
-/// Points where the lines p + x u and r + y v pass each other, kept on the segments.
-fn passing(p: Vec3, u: Vec3, r: Vec3, v: Vec3) -> (Vec3, Vec3) {
-    let (uu, vv, uv, w) = (u.norm_squared(), v.norm_squared(), u.dot(v), r - p);
-    let determinant = uu * vv - uv * uv;
-    let x = ((w.dot(u) * vv - w.dot(v) * uv) / determinant).clamp(0.0, 1.0);
-    let y = ((w.dot(u) * uv - w.dot(v) * uu) / determinant).clamp(0.0, 1.0);
-    (p + u * x, r + v * y)
+    /// Points where the edges pass each other, kept on the edges.
+    fn passing(&self) -> (Vec3, Vec3) {
+        let ([p, q], [r, s]) = (self.of_a, self.of_b.ends);
+        let (u, v, w) = (q - p, s - r, r - p);
+        let (uu, vv, uv) = (u.norm_squared(), v.norm_squared(), u.dot(v));
+        let determinant = uu * vv - uv * uv;
+        let x = ((w.dot(u) * vv - w.dot(v) * uv) / determinant).clamp(0.0, 1.0);
+        let y = ((w.dot(u) * uv - w.dot(v) * uu) / determinant).clamp(0.0, 1.0);
+        (p + u * x, r + v * y)
+    }
 }

@@ -85,7 +85,7 @@ impl Kernel for Spatial {
             deepest_is_found(&mut touches, found, pair.scale);
         }
         touches.retain(|t| t.gap <= reach);
-        if touches.len() > 1 {
+        if touches.len() > Spatial::PATCH {
             let places: Vec<(Vec3, f64)> = touches.iter().map(|t| ((t.on_a + t.on_b) * 0.5, t.gap)).collect();
             let kept = spread::<Spatial>(&places, found.normal, Spatial::PATCH);
             out.extend(kept.iter().map(|&i| touches[i]));

@@ -140,9 +140,9 @@ fn reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: 
     }
     let extent = bodies.data[i].extent;
     if !bodies.is_dynamic(i) {
-        return (speed * dt).min(0.5 * extent); // no impact changes its speed
+        return (speed * dt).min(extent); // no impact changes its speed
     }
-    (2.0 * speed * dt).clamp(5e-4 * extent, 0.5 * extent)
+    (2.0 * speed * dt).clamp(5e-4 * extent, extent)
 }
 
 /// A contact's name from its bodies' serials and its feature: a fixed mixing of bits (SplitMix64's).
