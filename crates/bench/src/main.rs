@@ -33,11 +33,10 @@ fn main() -> ExitCode {
             }
         };
         rows.iter().for_each(|row| println!("{}", row.line()));
-        if let Some(folder) = &arguments.out {
-            if let Err(problem) = table::save(folder, scene, &rows) {
-                eprintln!("{}: {problem}", folder.display());
-                return ExitCode::FAILURE;
-            }
+        let saved = arguments.out.as_ref().map_or(Ok(()), |folder| table::save(folder, scene, &rows));
+        if let Err(problem) = saved {
+            eprintln!("{scene}: its results could not be written: {problem}");
+            return ExitCode::FAILURE;
         }
     }
     ExitCode::SUCCESS

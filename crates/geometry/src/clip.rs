@@ -65,7 +65,13 @@ pub fn overlap(cut: &Patch, knife: &Patch, outward: Vec3, slack: f64) -> Vec<Mee
 }
 
 /// One cut: keeps corners whose height over the side is at most `slack`.
-fn cut_by(corners: &[Corner], side: Side, height: &dyn Fn(&Corner) -> f64, slack: f64, out: &mut Vec<Corner>) {
+fn cut_by(
+    corners: &[Corner],
+    side: Side,
+    height: &dyn Fn(&Corner) -> f64,
+    slack: f64,
+    out: &mut Vec<Corner>,
+) {
     let n = corners.len();
     if n == 1 {
         out.extend(corners.iter().filter(|c| height(c) <= slack));

@@ -57,7 +57,8 @@ impl<S: Kernel> Collider<S> {
     /// Parts at poses.
     pub(crate) fn compound(parts: Vec<(Pose<S>, Collider<S>)>) -> Self {
         let boxes: Vec<Aabb<S>> = parts.iter().map(|(pose, c)| c.bounds(pose, 0.0)).collect();
-        let (bounded, unbounded): (Vec<usize>, Vec<usize>) = (0..parts.len()).partition(|&i| boxes[i].is_finite());
+        let (bounded, unbounded): (Vec<usize>, Vec<usize>) =
+            (0..parts.len()).partition(|&i| boxes[i].is_finite());
         let tree = Tree::new(bounded.iter().map(|&i| boxes[i]).collect());
         Collider { form: Arc::new(Form::Compound(Parts { parts, tree, bounded, unbounded })) }
     }
@@ -69,7 +70,9 @@ impl<S: Kernel> Collider<S> {
             Form::Surface(surface) => surface_bounds(surface, pose),
             Form::Compound(all) => {
                 let mut boxes = all.parts.iter().map(|(p, c)| c.bounds(&pose.compose(p), 0.0));
-                boxes.next().map_or(reach_box(pose, |_| S::Vector::ZERO), |first| boxes.fold(first, |b, o| b.union(&o)))
+                boxes.next().map_or(reach_box(pose, |_| S::Vector::ZERO), |first| {
+                    boxes.fold(first, |b, o| b.union(&o))
+                })
             }
         };
         tight.grown(margin)
@@ -95,10 +98,9 @@ pub(crate) fn reach_box<S: Kernel>(pose: &Pose<S>, support: impl Fn(S::Vector) -
 }
 
 fn surface_bounds<S: Kernel>(surface: &Surface<S>, pose: &Pose<S>) -> Aabb<S> {
-    if pose.rotation == <S::Rotation as Rotation<S::Vector, S::Spin>>::IDENTITY {
-        if let Some(whole) = surface.tree.whole() {
-            return Aabb { min: whole.min + pose.position, max: whole.max + pose.position };
-        }
+    let unturned = pose.rotation == <S::Rotation as Rotation<S::Vector, S::Spin>>::IDENTITY;
+    if let Some(whole) = surface.tree.whole().filter(|_| unturned) {
+        return Aabb { min: whole.min + pose.position, max: whole.max + pose.position };
     }
     around(surface.extreme.iter().map(|p| pose.to_world(*p)))
 }

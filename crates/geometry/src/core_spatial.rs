@@ -3,9 +3,7 @@
 //! +height/2. Knows supports and features; no pairs.
 
 use crate::core_planar::PlanarCore;
-use crate::polytope::{
-    Face, Polytope, SEGMENT_EDGE, TRIANGLE_EDGES, TRIANGLE_RINGS, View, triangle_faces,
-};
+use crate::polytope::{Face, Polytope, SEGMENT_EDGE, TRIANGLE_EDGES, TRIANGLE_RINGS, View, triangle_faces};
 use carom_math::{Column, Turn, Vec3, vec2, vec3};
 use std::sync::Arc;
 
@@ -69,7 +67,15 @@ impl SpatialCore {
     }
     /// The flat-faced core, or `None` for a curved one.
     pub fn view(&self) -> Option<View<'_>> {
-        let bare = |points, center| View { points, faces: &[], rings: &[], edges: &[], arcs: &[], center, half: None };
+        let bare = |points, center| View {
+            points,
+            faces: &[],
+            rings: &[],
+            edges: &[],
+            arcs: &[],
+            center,
+            half: None,
+        };
         match self {
             SpatialCore::Point(p) => Some(bare(p, p[0])),
             SpatialCore::Segment(p) => Some(View { edges: &SEGMENT_EDGE, ..bare(p, (p[0] + p[1]) * 0.5) }),
@@ -112,11 +118,9 @@ impl SpatialCore {
 }
 
 fn flat_feature(view: &View, direction: Vec3, out: &mut Vec<(Vec3, u32)>) -> Option<Vec3> {
-    if let Some((face, along)) = view.face_toward(direction) {
-        if along >= FACING {
-            out.extend(view.ring(face).iter().map(|&i| (view.points[i as usize], i)));
-            return Some(view.faces[face].normal);
-        }
+    if let Some((face, _)) = view.face_toward(direction).filter(|f| f.1 >= FACING) {
+        out.extend(view.ring(face).iter().map(|&i| (view.points[i as usize], i)));
+        return Some(view.faces[face].normal);
     }
     let (point, vertex) = view.support(direction);
     let lean = |e: &[u32; 2]| {
@@ -181,7 +185,8 @@ impl Round {
             return Some(vec3(0.0, 0.0, if up { 1.0 } else { -1.0 }));
         }
         let low = (self.rim_point(radial, -self.half), 0);
-        let high = if self.apex { (vec3(0.0, 0.0, self.half), 1) } else { (self.rim_point(radial, self.half), 1) };
+        let high =
+            if self.apex { (vec3(0.0, 0.0, self.half), 1) } else { (self.rim_point(radial, self.half), 1) };
         if side >= SIDE {
             out.extend([low, high]);
         } else {

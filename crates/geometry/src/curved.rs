@@ -44,13 +44,20 @@ impl Pair<'_> {
                 // curved cores stop the search a little short: s(n) is what its direction is worth
                 let gap = self.along(point * (1.0 / distance)).gap;
                 if gap <= best.gap + 4.0 * ROUNDING * self.scale {
-                    return Some(if self.is_matched(&best) { best } else { Separation { on_a, on_b, ..best } });
+                    return Some(if self.is_matched(&best) {
+                        best
+                    } else {
+                        Separation { on_a, on_b, ..best }
+                    });
                 }
                 return Some(Separation { gap, ..apart(point, on_a, on_b, label_of(simplex.corners())) });
             }
         }
         let found = self.refined(best);
-        Some(if found.gap < -DEEP * self.scale { self.elsewhere(found) } else { found })
+        // a facet's seams have the last word on its direction: no need to look further for it
+        let facet =
+            matches!(self.a, SpatialCore::Triangle(..)) || matches!(self.b, SpatialCore::Triangle(..));
+        Some(if found.gap < -DEEP * self.scale && !facet { self.elsewhere(found) } else { found })
     }
 
     /// A better local best than the one found, if a look from the centres and from the sides shows one.
@@ -141,7 +148,7 @@ impl Pair<'_> {
         let up = vec3(0.0, 0.0, 1.0);
         match (self.a, self.b) {
             (SpatialCore::Round(_), SpatialCore::Round(_)) => {
-                let (axis, across) = (self.out_of_b(up), |d: Vec3, axis: Vec3| d - axis * d.dot(axis));
+                let (axis, across) = (self.to_frame_a(up), |d: Vec3, axis: Vec3| d - axis * d.dot(axis));
                 consider(up, Meets::CornerOfB);
                 consider(axis, Meets::CornerOfA);
                 for d in [up.cross(axis), across(centers, up), across(centers, axis)] {
@@ -157,15 +164,25 @@ impl Pair<'_> {
 
     /// Candidates of a curved and a flat core: the cap's axis, the flat core's faces, directions across the axis
     /// and an edge, normals of the side over each corner.
-    fn flat_candidates(&self, round: &Round, flat: &SpatialCore, round_is_a: bool, consider: &dyn Fn(Vec3, Meets)) {
+    fn flat_candidates(
+        &self,
+        round: &Round,
+        flat: &SpatialCore,
+        round_is_a: bool,
+        consider: &dyn Fn(Vec3, Meets),
+    ) {
         let Some(view) = flat.view() else { return };
         let up = vec3(0.0, 0.0, 1.0);
         // asked for in the round core's frame
-        let out = |d: Vec3| if round_is_a { d } else { self.out_of_b(d) };
-        let into = |d: Vec3| if round_is_a { self.out_of_b(d) } else { self.into_b(d) };
-        let place = |p: Vec3| if round_is_a { self.point_of_b(p) } else { self.into_b(p - self.place.position) };
-        let (of_round, of_flat) =
-            if round_is_a { (Meets::CornerOfA, Meets::CornerOfB) } else { (Meets::CornerOfB, Meets::CornerOfA) };
+        let out = |d: Vec3| if round_is_a { d } else { self.to_frame_a(d) };
+        let into = |d: Vec3| if round_is_a { self.to_frame_a(d) } else { self.to_frame_b(d) };
+        let place =
+            |p: Vec3| if round_is_a { self.point_in_a(p) } else { self.to_frame_b(p - self.place.position) };
+        let (of_round, of_flat) = if round_is_a {
+            (Meets::CornerOfA, Meets::CornerOfB)
+        } else {
+            (Meets::CornerOfB, Meets::CornerOfA)
+        };
         consider(out(up), of_flat);
         view.faces.iter().for_each(|f| consider(out(into(f.normal)), of_round));
         view.directions().for_each(|e| consider(out(into(e).cross(up)), Meets::Unknown));

@@ -53,7 +53,8 @@ pub fn decompose(
         max_convex_hulls: options.max_parts,
         ..VHACDParameters::default()
     };
-    let parts = VHACD::decompose(&parameters, &points, triangles, true).compute_exact_convex_hulls(&points, triangles);
+    let parts = VHACD::decompose(&parameters, &points, triangles, true)
+        .compute_exact_convex_hulls(&points, triangles);
     // the library's parts carry points inside their faces: their hulls' corners say the same with fewer
     let parts: Vec<Vec<Vec3>> = parts
         .into_iter()
@@ -75,7 +76,11 @@ fn check_options(options: &Decomposition) -> Result<(), ShapeError> {
         if (low..=high).contains(&value) {
             return Ok(());
         }
-        Err(ShapeError::new(field, format!("must lie between {low} and {high}, got {value}"), "use the default"))
+        Err(ShapeError::new(
+            field,
+            format!("must lie between {low} and {high}, got {value}"),
+            "use the default",
+        ))
     };
     range("max_parts", f64::from(options.max_parts), 1.0, 1024.0)?;
     range("resolution", f64::from(options.resolution), 8.0, 400.0)?;

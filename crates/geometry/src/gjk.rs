@@ -37,6 +37,10 @@ pub struct Simplex {
 }
 
 /// What the distance search found.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "lives on the stack for one query; a box would cost an allocation"
+)]
 pub enum Outcome {
     /// The sets are apart; the difference set's nearest point and the simplex that holds it.
     Apart(Vec3, Simplex),
@@ -98,7 +102,9 @@ pub fn nearest(support: &impl Fn(Vec3) -> Corner, start: Vec3, reach: f64, scale
             break;
         }
         let known = simplex.corners().iter().any(|s| s.c == corner.c);
-        let grown = if known { simplex } else {
+        let grown = if known {
+            simplex
+        } else {
             match with(&simplex, corner) {
                 Some(grown) => grown,
                 None => return Outcome::Touching,

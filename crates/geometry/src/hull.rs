@@ -150,8 +150,7 @@ fn equal_extents(points: &[Vec3]) -> Result<(Vec<Vec3>, f64), ShapeError> {
     let mut spread = Sym3::ZERO;
     for p in points {
         let [x, y, z] = ((*p - mean) * (1.0 / size)).0;
-        spread =
-            spread.plus(&Sym3 { diagonal: [x * x, y * y, z * z], off: [x * y, x * z, y * z] });
+        spread = spread.plus(&Sym3 { diagonal: [x * x, y * y, z * z], off: [x * y, x * z, y * z] });
     }
     let (_, axes) = spread.eigen();
     let along = |p: &Vec3, j: usize| (0..3).map(|i| axes[i][j] * (p[i] - mean[i])).sum::<f64>();
@@ -188,7 +187,13 @@ fn in_given_order(points: &[Vec3], triangles: Vec<[u32; 3]>) -> (Vec<Vec3>, Vec<
         .map(|t| {
             let [a, b, c] = t.map(rank);
             // the smallest corner first, the sense of rotation kept
-            if a < b && a < c { [a, b, c] } else if b < c { [b, c, a] } else { [c, a, b] }
+            if a < b && a < c {
+                [a, b, c]
+            } else if b < c {
+                [b, c, a]
+            } else {
+                [c, a, b]
+            }
         })
         .collect();
     renamed.sort_unstable();

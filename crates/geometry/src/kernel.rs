@@ -93,7 +93,12 @@ pub trait Kernel: Space {
     /// point is among them.
     fn feature(core: &Self::Core, direction: Self::Vector, out: &mut Vec<(Self::Vector, u32)>);
     /// The largest s(n), or `None` when it exceeds `reach` \[m\].
-    fn separation(a: &Self::Core, b: &Self::Core, b_in_a: &Pose<Self>, reach: f64) -> Option<Separation<Self>>;
+    fn separation(
+        a: &Self::Core,
+        b: &Self::Core,
+        b_in_a: &Pose<Self>,
+        reach: f64,
+    ) -> Option<Separation<Self>>;
     /// Appends where the faces of the two cores overlap as seen along `found.normal`, gaps up to `reach`.
     /// The witnesses of `found` are added only when they are those of its normal (`witnessed`).
     fn manifold(

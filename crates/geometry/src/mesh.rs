@@ -22,7 +22,11 @@ pub(crate) fn triangles(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<Sur
 pub(crate) fn check_mesh(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<(), ShapeError> {
     check::points("vertices", vertices, 3)?;
     if triangles.is_empty() {
-        return Err(ShapeError::new("triangles", "a mesh needs at least one triangle, got 0", "add triangles"));
+        return Err(ShapeError::new(
+            "triangles",
+            "a mesh needs at least one triangle, got 0",
+            "add triangles",
+        ));
     }
     for (i, t) in triangles.iter().enumerate() {
         if let Some(k) = t.iter().position(|&v| v as usize >= vertices.len()) {

@@ -46,7 +46,8 @@ pub(crate) fn contacts<S: Kernel>(
     let simple = |c: &Collider<S>| matches!(*c.form, Form::Convex(..) | Form::HalfSpace(_));
     match (&*a.form, &*b.form) {
         (Form::Convex(core_a, radius_a), Form::Convex(core_b, radius_b)) => {
-            let piece = |core, radius, pose: &Pose<S>| Piece { core, radius, pose: *pose, facet: None, name: 0 };
+            let piece =
+                |core, radius, pose: &Pose<S>| Piece { core, radius, pose: *pose, facet: None, name: 0 };
             let (a, b) = (piece(core_a, *radius_a, pose_a), piece(core_b, *radius_b, pose_b));
             found.pieces(&a, &b);
         }
@@ -116,7 +117,14 @@ impl<S: Kernel> Found<'_, S> {
     }
 
     /// Contacts of a collider with a wall (outward normal, point); `wall_is_a` turns the normals round.
-    fn wall(&mut self, c: &Collider<S>, pose: &Pose<S>, name: u64, wall: (S::Vector, S::Vector), wall_is_a: bool) {
+    fn wall(
+        &mut self,
+        c: &Collider<S>,
+        pose: &Pose<S>,
+        name: u64,
+        wall: (S::Vector, S::Vector),
+        wall_is_a: bool,
+    ) {
         match &*c.form {
             Form::HalfSpace(_) => {}
             Form::Convex(core, radius) => {
@@ -166,8 +174,11 @@ impl<S: Kernel> Found<'_, S> {
             }
         }
         let normal = if wall_is_a { -outward } else { outward };
-        let kept =
-            if places.len() > S::PATCH { spread::<S>(&places, outward, S::PATCH) } else { (0..places.len()).collect() };
+        let kept = if places.len() > S::PATCH {
+            spread::<S>(&places, outward, S::PATCH)
+        } else {
+            (0..places.len()).collect()
+        };
         for i in kept {
             let label = Label { a: [names[i], NONE], b: [NONE, NONE] };
             let (point, gap) = places[i];
@@ -229,7 +240,11 @@ fn turned<S: Kernel>(
     let foot = match (a.facet, b.facet) {
         (None, Some(facet)) => {
             let foot = facet.foot(place.to_body(along.on_a), place.rotation.unrotate(normal), slack);
-            foot.map(|p| Separation { on_b: place.to_world(p), label: Label { b: FACE, ..along.label }, ..along })
+            foot.map(|p| Separation {
+                on_b: place.to_world(p),
+                label: Label { b: FACE, ..along.label },
+                ..along
+            })
         }
         (Some(facet), None) => {
             let foot = facet.foot(along.on_b, normal, slack);

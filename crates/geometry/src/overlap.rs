@@ -37,9 +37,18 @@ struct Crossing<'a> {
 impl Pair<'_> {
     /// The best face normal or pair of crossed edges of two flat cores that touch or overlap.
     pub fn overlap(&self, a: &View, b: &View) -> Option<Separation<Spatial>> {
-        let bias = BIAS * self.scale;
-        let face = self.best_face(a, b, bias).or_else(|| self.best_side(a, b, bias));
-        let mut best = face;
+        let face = self.best_face(a, b).or_else(|| self.best_side(a, b));
+        self.best_of_crossings(a, b, face)
+    }
+
+    /// The better of a face's direction and the best pair of crossed edges.
+    pub fn best_of_crossings(
+        &self,
+        a: &View,
+        b: &View,
+        face: Option<Separation<Spatial>>,
+    ) -> Option<Separation<Spatial>> {
+        let (bias, mut best) = (BIAS * self.scale, face);
         self.each_crossing(a, b, face.as_ref(), &mut |crossing| {
             // s(n) is at most the distance of these edges, and equal to it when they are the ones that meet:
             // parallel edges elsewhere have the same direction and points that are not there
@@ -48,35 +57,60 @@ impl Pair<'_> {
                 let gap = self.along(crossing.normal).gap;
                 if beats(gap) && crossing.distance <= gap + bias {
                     let (on_a, on_b) = crossing.passing();
-                    best = Some(Separation { normal: crossing.normal, gap, on_a, on_b, label: crossing.label });
+                    best =
+                        Some(Separation { normal: crossing.normal, gap, on_a, on_b, label: crossing.label });
                 }
             }
         });
         best
     }
 
+    /// True when the witness of a face's direction (see `best_face`) has its foot on that face: the face is then
+    /// the nearest feature, for whatever lies beyond a plane is no nearer than its corner nearest to it.
+    pub fn stands_over_face(&self, a: &View, b: &View, found: &Separation<Spatial>) -> bool {
+        let of_a = found.label.a == [NONE, NONE];
+        let (view, outward, foot) = if of_a {
+            (a, -found.normal, found.on_a)
+        } else {
+            (b, self.to_frame_b(found.normal), self.to_frame_b(found.on_b - self.place.position))
+        };
+        let Some((face, _)) = view.face_toward(outward) else { return false };
+        let ring = view.ring(face);
+        (0..ring.len()).all(|k| {
+            let (p, q) = (view.points[ring[k] as usize], view.points[ring[(k + 1) % ring.len()] as usize]);
+            (q - p).cross(outward).dot(foot - p) <= 0.0
+        })
+    }
+
     /// The best face normal of either core; a's faces win ties. The witnesses are the corner that meets the face
     /// and its foot there.
-    fn best_face(&self, a: &View, b: &View, bias: f64) -> Option<Separation<Spatial>> {
+    pub fn best_face(&self, a: &View, b: &View) -> Option<Separation<Spatial>> {
+        let bias = BIAS * self.scale;
         let mut best: Option<Separation<Spatial>> = None;
         let beats = |gap: f64, best: &Option<Separation<Spatial>>| best.is_none_or(|t| gap > t.gap + bias);
         let toward = self.between_centers();
-        let mut corner = self.point_of_b(self.b.support(self.into_b(toward)).0);
+        let mut corner = self.point_in_a(self.b.support(self.to_frame_b(toward)).0);
         for f in a.faces {
             if !beats(f.normal.dot(corner) - f.offset, &best) {
                 continue;
             }
-            let (local, j) = self.b.support(self.into_b(-f.normal));
-            corner = self.point_of_b(local);
+            let (local, j) = self.b.support(self.to_frame_b(-f.normal));
+            corner = self.point_in_a(local);
             let gap = f.normal.dot(corner) - f.offset;
             if beats(gap, &best) {
                 let label = Label { a: [NONE, NONE], b: [j, NONE] };
-                best = Some(Separation { normal: -f.normal, gap, on_a: corner - f.normal * gap, on_b: corner, label });
+                best = Some(Separation {
+                    normal: -f.normal,
+                    gap,
+                    on_a: corner - f.normal * gap,
+                    on_b: corner,
+                    label,
+                });
             }
         }
         let mut corner = self.a.support(-toward).0;
         for f in b.faces {
-            let normal = self.out_of_b(f.normal);
+            let normal = self.to_frame_a(f.normal);
             let offset = f.offset + normal.dot(self.place.position);
             if !beats(normal.dot(corner) - offset, &best) {
                 continue;
@@ -93,9 +127,10 @@ impl Pair<'_> {
     }
 
     /// For two segments, or points on them: any direction across stands in for a face.
-    fn best_side(&self, a: &View, b: &View, bias: f64) -> Option<Separation<Spatial>> {
+    fn best_side(&self, a: &View, b: &View) -> Option<Separation<Spatial>> {
+        let bias = BIAS * self.scale;
         let of_a = a.edges.iter().map(|e| edge(a, *e));
-        let of_b = b.edges.iter().map(|e| self.out_of_b(edge(b, *e)));
+        let of_b = b.edges.iter().map(|e| self.to_frame_a(edge(b, *e)));
         let mut best: Option<Separation<Spatial>> = None;
         for unit in of_a.chain(of_b).filter_map(Column::normalized) {
             let s = self.along(Spatial::tangent(unit, 0));
@@ -119,7 +154,7 @@ impl Pair<'_> {
         let depth = face.map_or(f64::INFINITY, |s| 2.0 * s.gap.abs() + 1e-9 * self.scale);
         let n = face.map_or(Vec3::ZERO, |s| s.normal);
         let (low, high) = face.map_or((0.0, 0.0), |s| (n.dot(s.on_a), n.dot(s.on_b)));
-        let (center_a, center_b) = (a.center, self.point_of_b(b.center));
+        let (center_a, center_b) = (a.center, self.point_in_a(b.center));
         let slack = 1e-12 * self.scale;
         let reaching = self.reaching(b, n, high - depth);
         for (k, e) in a.edges.iter().enumerate() {
@@ -129,6 +164,9 @@ impl Pair<'_> {
             }
             for f in &reaching {
                 let ([r, s], u) = (f.ends, q - p);
+                if !arcs_straddle(a.arcs.get(k), f.arc.as_ref(), u, s - r) {
+                    continue;
+                }
                 let product = u.cross(s - r);
                 if product.norm_squared() <= 1e-18 * u.norm_squared() * (s - r).norm_squared() {
                     continue;
@@ -151,14 +189,21 @@ impl Pair<'_> {
     fn reaching(&self, b: &View, n: Vec3, height: f64) -> Vec<Reaching> {
         let mut found = Vec::new();
         for (k, e) in b.edges.iter().enumerate() {
-            let ends = e.map(|i| self.point_of_b(b.points[i as usize]));
+            let ends = e.map(|i| self.point_in_a(b.points[i as usize]));
             if n.dot(ends[0]).max(n.dot(ends[1])) >= height {
-                let arc = b.arcs.get(k).map(|arc| arc.map(|m| -self.out_of_b(m)));
+                let arc = b.arcs.get(k).map(|arc| arc.map(|m| -self.to_frame_a(m)));
                 found.push(Reaching { name: *e, ends, arc });
             }
         }
         found
     }
+}
+
+/// The cheap part of `arcs_cross`: a face normal's side of the other arc's plane is the sign of its product with
+/// the other edge.
+fn arcs_straddle(arc_a: Option<&[Vec3; 2]>, arc_b: Option<&[Vec3; 2]>, u: Vec3, v: Vec3) -> bool {
+    let (Some([a, b]), Some([c, d])) = (arc_a, arc_b) else { return true };
+    c.dot(u) * d.dot(u) <= TOUCHING * u.norm_squared() && a.dot(v) * b.dot(v) <= TOUCHING * v.norm_squared()
 }
 
 impl Crossing<'_> {

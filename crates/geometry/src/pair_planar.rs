@@ -41,7 +41,12 @@ impl Kernel for Planar {
             None => out.push((corners[0], 0)),
         }
     }
-    fn separation(a: &PlanarCore, b: &PlanarCore, b_in_a: &Pose<Planar>, reach: f64) -> Option<Separation<Planar>> {
+    fn separation(
+        a: &PlanarCore,
+        b: &PlanarCore,
+        b_in_a: &Pose<Planar>,
+        reach: f64,
+    ) -> Option<Separation<Planar>> {
         let scale = scale::<Planar>(a, b, b_in_a);
         let tolerance = ROUNDING * scale;
         let mut best = widest_edge(a, b, b_in_a, tolerance);
@@ -98,7 +103,12 @@ fn farthest(corners: &[Vec2], direction: Vec2) -> usize {
 }
 
 /// The edge normal of either core with the largest s(n); a's edges win ties.
-fn widest_edge(a: &PlanarCore, b: &PlanarCore, b_in_a: &Pose<Planar>, tolerance: f64) -> Option<Separation<Planar>> {
+fn widest_edge(
+    a: &PlanarCore,
+    b: &PlanarCore,
+    b_in_a: &Pose<Planar>,
+    tolerance: f64,
+) -> Option<Separation<Planar>> {
     let mut best: Option<Separation<Planar>> = None;
     let beats = |gap: f64, best: &Option<Separation<Planar>>| best.is_none_or(|s| gap > s.gap + tolerance);
     let (corners_a, corners_b) = (a.corners(), b.corners());
@@ -120,7 +130,8 @@ fn widest_edge(a: &PlanarCore, b: &PlanarCore, b_in_a: &Pose<Planar>, tolerance:
         if beats(gap, &best) {
             let next = (j + 1) % corners_b.len();
             let label = Label { a: [i as u32, NONE], b: [j as u32, next as u32] };
-            best = Some(Separation { normal: m, gap, on_a: corners_a[i], on_b: corners_a[i] - m * gap, label });
+            best =
+                Some(Separation { normal: m, gap, on_a: corners_a[i], on_b: corners_a[i] - m * gap, label });
         }
     }
     best

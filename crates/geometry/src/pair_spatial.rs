@@ -71,7 +71,7 @@ impl Kernel for Spatial {
         match (a, b) {
             (SpatialCore::Point(_), SpatialCore::Point(_)) => {}
             (SpatialCore::Segment(p), SpatialCore::Segment(q)) => {
-                alongside(*p, q.map(|x| pair.point_of_b(x)), found.normal, &mut touches);
+                alongside(*p, q.map(|x| pair.point_in_a(x)), found.normal, &mut touches);
                 drop_twins(&mut touches, SAME_SIDE * pair.scale);
             }
             _ => facing_patches(&pair, found.normal, &mut touches),
@@ -116,8 +116,8 @@ fn deepest_is_found(touches: &mut Vec<Touch<Spatial>>, found: &Separation<Spatia
 fn facing_patches(pair: &Pair, normal: Vec3, out: &mut Vec<Touch<Spatial>>) {
     let (mut of_a, mut of_b) = (Patch::default(), Patch::default());
     of_a.plane = pair.a.feature(-normal, &mut of_a.ring);
-    of_b.plane = pair.b.feature(pair.into_b(normal), &mut of_b.ring).map(|m| pair.out_of_b(m));
-    of_b.ring.iter_mut().for_each(|p| p.0 = pair.point_of_b(p.0));
+    of_b.plane = pair.b.feature(pair.to_frame_b(normal), &mut of_b.ring).map(|m| pair.to_frame_a(m));
+    of_b.ring.iter_mut().for_each(|p| p.0 = pair.point_in_a(p.0));
     let slack = SAME_SIDE * pair.scale;
     let lean = |patch: &Patch, toward: Vec3| patch.plane.map_or(-1.0, |m| m.dot(toward));
     let (lean_a, lean_b) = (lean(&of_a, -normal), lean(&of_b, normal));
@@ -137,7 +137,13 @@ fn facing_patches(pair: &Pair, normal: Vec3, out: &mut Vec<Touch<Spatial>>) {
         (_, Some(plane)) => {
             for m in overlap(&of_a, &of_b, normal, slack) {
                 let on_b = m.point + normal * (plane.dot(of_b.ring[0].0 - m.point) / plane.dot(normal));
-                out.push(Touch { normal, gap: normal.dot(m.point - on_b), on_a: m.point, on_b, label: m.label });
+                out.push(Touch {
+                    normal,
+                    gap: normal.dot(m.point - on_b),
+                    on_a: m.point,
+                    on_b,
+                    label: m.label,
+                });
             }
         }
         (Some(_), None) => {}

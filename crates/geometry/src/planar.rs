@@ -110,7 +110,8 @@ fn compound(parts: &[PlanarPart]) -> Result<Collider<Planar>, ShapeError> {
     check_parts(parts.len(), parts.iter().position(|p| matches!(p.shape, PlanarShape::Compound { .. })))?;
     let part = |(i, part): (usize, &PlanarPart)| {
         let pose = part_pose(&format!("parts[{i}].pose"), &part.pose)?;
-        let collider = Planar::collider(&part.shape).map_err(|e| check::within(&format!("parts[{i}].shape"), e))?;
+        let collider =
+            Planar::collider(&part.shape).map_err(|e| check::within(&format!("parts[{i}].shape"), e))?;
         Ok((pose, collider))
     };
     Ok(Collider::compound(parts.iter().enumerate().map(part).collect::<Result<_, _>>()?))

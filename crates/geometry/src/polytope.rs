@@ -130,7 +130,7 @@ impl Polytope {
             [[1, 3, 7, 5], [0, 4, 6, 2], [2, 6, 7, 3], [0, 1, 5, 4], [4, 5, 7, 6], [0, 2, 3, 1]].concat();
         let face = |i: usize| {
             let axis = i / 2;
-            let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
             let normal = Vec3::from_fn(|k| if k == axis { sign } else { 0.0 });
             Face { normal, offset: half[axis], first: 4 * i as u32, count: 4 }
         };
@@ -216,11 +216,11 @@ fn coplanar_patches(points: &[Vec3], triangles: &[[u32; 3]], slack: f64) -> Vec<
             next += 1;
             for k in 0..3 {
                 let neighbour = across(triangles[t][k], triangles[t][(k + 1) % 3]);
-                if let Some(n) = neighbour.filter(|&n| !taken[n]) {
-                    if (0..3).all(|k| normal.dot(corner(n, k) - corner(seed, 0)).abs() <= slack) {
-                        taken[n] = true;
-                        patch.push(n);
-                    }
+                let flush =
+                    |n: usize| (0..3).all(|k| normal.dot(corner(n, k) - corner(seed, 0)).abs() <= slack);
+                if let Some(n) = neighbour.filter(|&n| !taken[n] && flush(n)) {
+                    taken[n] = true;
+                    patch.push(n);
                 }
             }
         }

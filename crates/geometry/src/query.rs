@@ -106,7 +106,9 @@ fn cast<S: Kernel>(
     use crate::collider::Form;
     let local = (pose.to_body(origin), pose.rotation.unrotate(direction));
     let mut offer = |hit: Option<RayHit<S>>, limit: &mut f64| {
-        if let Some(hit) = hit.filter(|h| h.distance <= *limit && best.is_none_or(|b| h.distance < b.distance)) {
+        if let Some(hit) =
+            hit.filter(|h| h.distance <= *limit && best.is_none_or(|b| h.distance < b.distance))
+        {
             *limit = hit.distance;
             *best = Some(RayHit { normal: pose.rotation.rotate(hit.normal), ..hit });
         }

@@ -46,7 +46,8 @@ pub fn quickhull(points: &[Vec3], tolerance: f64) -> Option<Vec<[u32; 3]>> {
 /// Four points that span a volume, the last one behind the plane of the others.
 fn simplex(points: &[Vec3], tolerance: f64) -> Option<[u32; 4]> {
     let farthest = |height: &dyn Fn(Vec3) -> f64| {
-        let best = (0..points.len()).reduce(|b, i| if height(points[i]) > height(points[b]) { i } else { b })?;
+        let best =
+            (0..points.len()).reduce(|b, i| if height(points[i]) > height(points[b]) { i } else { b })?;
         (height(points[best]) > tolerance).then_some(best)
     };
     let low = (0..points.len()).reduce(|b, i| if points[i][0] < points[b][0] { i } else { b })?;
@@ -92,9 +93,11 @@ impl Hull<'_> {
 
     /// Replaces all faces that the farthest point beyond a face sees by faces from their outline to that point.
     fn grow(&mut self, face: usize) -> Option<()> {
-        let apex = self.faces[face].beyond.iter().copied().reduce(|best, p| {
-            if self.height(face, p) > self.height(face, best) { p } else { best }
-        })?;
+        let apex = self.faces[face]
+            .beyond
+            .iter()
+            .copied()
+            .reduce(|best, p| if self.height(face, p) > self.height(face, best) { p } else { best })?;
         let mut seen = vec![face];
         self.faces[face].alive = false;
         let (mut outline, mut next) = (Vec::new(), 0);

@@ -12,6 +12,8 @@ use carom_math::{Column, Planar, Pose, Spatial, Vec2, Vec3, vec2, vec3};
 pub const ROUNDING: f64 = 4e-15;
 /// Flat cores nearer than this fraction of the scale are treated as touching \[1\].
 const NEAR: f64 = 1e-9;
+/// Two solids with at most this many faces are tried by their axes first \[1\]; beyond, the distance search wins.
+const FEW_FACES: usize = 64;
 /// A found direction may mean a face whose normal leans this much along it \[1\].
 const FACES: f64 = 0.99;
 
@@ -42,37 +44,37 @@ impl<'a> Pair<'a> {
     }
     /// A direction of b's frame in a's.
     #[inline]
-    pub fn out_of_b(&self, v: Vec3) -> Vec3 {
+    pub fn to_frame_a(&self, v: Vec3) -> Vec3 {
         turned(&self.matrix, v)
     }
     /// A direction of a's frame in b's.
     #[inline]
-    pub fn into_b(&self, v: Vec3) -> Vec3 {
+    pub fn to_frame_b(&self, v: Vec3) -> Vec3 {
         let m = &self.matrix;
         Vec3::from_fn(|i| m[0][i] * v[0] + m[1][i] * v[1] + m[2][i] * v[2])
     }
     /// A point of b's frame in a's.
     #[inline]
-    pub fn point_of_b(&self, p: Vec3) -> Vec3 {
-        self.place.position + self.out_of_b(p)
+    pub fn point_in_a(&self, p: Vec3) -> Vec3 {
+        self.place.position + self.to_frame_a(p)
     }
     /// s(n) with its witnesses.
     pub fn along(&self, normal: Vec3) -> Separation<Spatial> {
         let (on_a, i) = self.a.support(-normal);
-        let (local, j) = self.b.support(self.into_b(normal));
-        let on_b = self.point_of_b(local);
+        let (local, j) = self.b.support(self.to_frame_b(normal));
+        let on_b = self.point_in_a(local);
         Separation { normal, gap: normal.dot(on_a - on_b), on_a, on_b, label: Label::vertices(i, j) }
     }
     /// Corner of the difference set, moved by `shift`, with the smallest d.c.
     pub fn corner(&self, direction: Vec3, shift: Vec3) -> Corner {
         let (a, i) = self.a.support(-direction);
-        let (local, j) = self.b.support(self.into_b(direction));
-        let b = self.point_of_b(local);
+        let (local, j) = self.b.support(self.to_frame_b(direction));
+        let b = self.point_in_a(local);
         Corner { c: a - b + shift, a, b, names: [i, j] }
     }
     /// From b's centre to a's; never zero.
     pub fn between_centers(&self) -> Vec3 {
-        let d = self.a.center() - self.point_of_b(self.b.center());
+        let d = self.a.center() - self.point_in_a(self.b.center());
         if d.norm() > 0.0 { d } else { vec3(0.0, 0.0, 1.0) }
     }
     /// The direction of the largest s(n), or `None` when that exceeds `reach`.
@@ -89,6 +91,11 @@ impl<'a> Pair<'a> {
     }
 
     fn flat(&self, a: &View, b: &View, reach: f64) -> Option<Separation<Spatial>> {
+        let solids = !a.arcs.is_empty() && !b.arcs.is_empty();
+        let few = a.faces.len() + b.faces.len() <= FEW_FACES;
+        if let Some(known) = if solids && few { self.by_axes(a, b, reach) } else { None } {
+            return known;
+        }
         let support = |d| self.corner(d, Vec3::ZERO);
         match nearest(&support, self.between_centers(), reach, self.scale) {
             Outcome::Beyond => None,
@@ -112,19 +119,39 @@ impl<'a> Pair<'a> {
         }
     }
 
+    /// What the axes of two solids settle without a distance search: beyond reach, a corner standing over a face,
+    /// an overlap. `None` leaves it open.
+    fn by_axes(&self, a: &View, b: &View, reach: f64) -> Option<Option<Separation<Spatial>>> {
+        let face = self.best_face(a, b)?;
+        if face.gap > reach {
+            return Some(None);
+        }
+        if face.gap > NEAR * self.scale {
+            return self.stands_over_face(a, b, &face).then_some(Some(face));
+        }
+        let best = self.best_of_crossings(a, b, Some(face))?;
+        (best.gap <= NEAR * self.scale).then_some(Some(best))
+    }
+
     /// The face normal or edge pair that a found direction means, when that explains the distance to rounding.
-    fn snapped(&self, a: &View, b: &View, found: Separation<Spatial>, corners: &[Corner]) -> Separation<Spatial> {
+    fn snapped(
+        &self,
+        a: &View,
+        b: &View,
+        found: Separation<Spatial>,
+        corners: &[Corner],
+    ) -> Separation<Spatial> {
         let n: Vec3 = found.normal;
         let mut meant: [Option<Vec3>; 3] = [None; 3];
         if let Some((f, lean)) = a.face_toward(-n) {
             meant[0] = (lean > FACES).then_some(-a.faces[f].normal);
         }
-        if let Some((f, lean)) = b.face_toward(self.into_b(n)) {
-            meant[1] = (lean > FACES).then(|| self.out_of_b(b.faces[f].normal));
+        if let Some((f, lean)) = b.face_toward(self.to_frame_b(n)) {
+            meant[1] = (lean > FACES).then(|| self.to_frame_a(b.faces[f].normal));
         }
         let known = corners.iter().all(|c| !c.names.contains(&NONE));
         if let (true, [i, j], [k, l]) = (known, &distinct(corners, 0)[..], &distinct(corners, 1)[..]) {
-            let crossed = edge(a, [*i, *j]).cross(self.out_of_b(edge(b, [*k, *l]))).normalized();
+            let crossed = edge(a, [*i, *j]).cross(self.to_frame_a(edge(b, [*k, *l]))).normalized();
             meant[2] = crossed.map(|c| if c.dot(n) < 0.0 { -c } else { c });
         }
         for normal in meant.into_iter().flatten() {
@@ -139,14 +166,15 @@ impl<'a> Pair<'a> {
     /// A point and a solid of revolution, in the half-plane that holds both: exact.
     fn point_and_round(&self, point: Vec3, point_is_a: bool) -> Option<Separation<Spatial>> {
         let (SpatialCore::Round(round), local) = (if point_is_a {
-            (self.b, self.into_b(point - self.place.position))
+            (self.b, self.to_frame_b(point - self.place.position))
         } else {
-            (self.a, self.point_of_b(point))
+            (self.a, self.point_in_a(point))
         }) else {
             return None;
         };
         let across = (local[0] * local[0] + local[1] * local[1]).sqrt();
-        let radial = if across > 0.0 { vec3(local[0] / across, local[1] / across, 0.0) } else { vec3(1.0, 0.0, 0.0) };
+        let radial =
+            if across > 0.0 { vec3(local[0] / across, local[1] / across, 0.0) } else { vec3(1.0, 0.0, 0.0) };
         let lift = |v: Vec2| radial * v[0] + vec3(0.0, 0.0, v[1]);
         let dot = Planar::dot(vec2(across, local[2]));
         let flat = Planar::separation(&dot, &round.section, &Pose::default(), f64::INFINITY)?;
@@ -155,8 +183,8 @@ impl<'a> Pair<'a> {
         let (of_point, of_round) = (name(flat.label.a), name(flat.label.b));
         Some(if point_is_a {
             let label = Label { a: of_point, b: of_round };
-            let on_b = self.point_of_b(on_round);
-            Separation { normal: self.out_of_b(normal), gap: flat.gap, on_a: point, on_b, label }
+            let on_b = self.point_in_a(on_round);
+            Separation { normal: self.to_frame_a(normal), gap: flat.gap, on_a: point, on_b, label }
         } else {
             let label = Label { a: of_round, b: of_point };
             Separation { normal: -normal, gap: flat.gap, on_a: on_round, on_b: local, label }

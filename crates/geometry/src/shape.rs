@@ -26,7 +26,11 @@ pub enum PlanarShape {
     /// Straight wall between two points; no mass.
     Segment { a: Vec2, b: Vec2 },
     /// Chain of straight walls; no mass.
-    Polyline { points: Vec<Vec2>, #[serde(default)] closed: bool },
+    Polyline {
+        points: Vec<Vec2>,
+        #[serde(default)]
+        closed: bool,
+    },
     /// Everything on the side of the origin's line that the outward normal points away from; no mass.
     HalfPlane { normal: Vec2 },
     /// Heights over equally spaced abscissae that span `width` about the origin; no mass.

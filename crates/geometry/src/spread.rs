@@ -61,7 +61,8 @@ fn with_deepest<V: Column>(points: &[(V, f64)], mut kept: Vec<usize>, width: f64
     let deepest = lowest(&mut (0..points.len()));
     if points[deepest].1 < points[lowest(&mut kept.iter().copied())].1 - ROUNDING * width {
         let distance = |i: usize| (points[i].0 - points[deepest].0).norm_squared();
-        if let Some(nearest) = kept.iter_mut().reduce(|a, b| if distance(*b) < distance(*a) { b } else { a }) {
+        if let Some(nearest) = kept.iter_mut().reduce(|a, b| if distance(*b) < distance(*a) { b } else { a })
+        {
             *nearest = deepest;
         }
     }

@@ -77,9 +77,8 @@ impl<S: Kernel> Facet<'_, S> {
         let corners = &self.corners[..S::DIM];
         let up = S::facet_normal(corners);
         let lean = up.dot(normal);
-        let above = self.surface.closed
-            || lean > LEVEL
-            || (lean >= -LEVEL && separation(up) >= separation(-up));
+        let above =
+            self.surface.closed || lean > LEVEL || (lean >= -LEVEL && separation(up) >= separation(-up));
         let side = if above { 1.0 } else { -1.0 };
         let mut turned: Option<(S::Vector, f64)> = None;
         let mut on_seam = false;
@@ -143,18 +142,15 @@ fn angle(y: f64, x: f64) -> f64 {
 
 /// Box around points.
 pub fn around<S: Kernel>(points: impl Iterator<Item = S::Vector>) -> Aabb<S> {
-    let empty = Aabb {
-        min: S::Vector::from_fn(|_| f64::INFINITY),
-        max: S::Vector::from_fn(|_| f64::NEG_INFINITY),
-    };
+    let empty =
+        Aabb { min: S::Vector::from_fn(|_| f64::INFINITY), max: S::Vector::from_fn(|_| f64::NEG_INFINITY) };
     points.fold(empty, |b, p| b.union(&Aabb { min: p, max: p }))
 }
 
 /// Fold angles at all seams; where more than two facets share a seam, the flattest neighbour counts.
 fn folds<S: Kernel>(points: &[S::Vector], facets: &[u32]) -> Vec<f64> {
     let seam = |facet: usize, k: usize| {
-        let mut ends: Vec<u32> =
-            (0..S::DIM - 1).map(|j| facets[S::DIM * facet + (k + j) % S::DIM]).collect();
+        let mut ends: Vec<u32> = (0..S::DIM - 1).map(|j| facets[S::DIM * facet + (k + j) % S::DIM]).collect();
         ends.sort_unstable();
         ends
     };

@@ -60,7 +60,8 @@ impl<S: Space> Tree<S> {
     fn split(&mut self, first: usize, end: usize) {
         let node = self.nodes.len();
         let part = &mut self.items[first..end];
-        let whole = part[1..].iter().fold(self.bounds[part[0] as usize], |b, &i| b.union(&self.bounds[i as usize]));
+        let whole =
+            part[1..].iter().fold(self.bounds[part[0] as usize], |b, &i| b.union(&self.bounds[i as usize]));
         self.nodes.push(Node { bounds: whole, skip: 1, first: first as u32, count: (end - first) as u32 });
         if end - first > LEAF {
             let (bounds, mut axis, mut spread) = (&self.bounds, 0, -1.0);
@@ -115,7 +116,13 @@ impl<S: Space> Tree<S> {
         self.walk(|b| b.distance(query) <= limit.get(), |i| limit.set(visit(i)));
     }
     /// Visits items whose boxes a ray may enter within `reach` \[m\]; `visit` returns the reach from then on.
-    pub fn along(&self, origin: S::Vector, direction: S::Vector, reach: f64, mut visit: impl FnMut(usize) -> f64) {
+    pub fn along(
+        &self,
+        origin: S::Vector,
+        direction: S::Vector,
+        reach: f64,
+        mut visit: impl FnMut(usize) -> f64,
+    ) {
         let limit = std::cell::Cell::new(reach);
         self.walk(|b| b.meets_ray(origin, direction, limit.get()), |i| limit.set(visit(i)));
     }

@@ -37,7 +37,7 @@ fn boxes<S: Space>(random: &mut Random, count: usize) -> Vec<Aabb<S>> {
                 // touches an earlier one exactly
                 let other = boxes[random.below(i)];
                 if other.max.is_finite() {
-                    b.max = b.max + (other.max - b.min);
+                    b.max += other.max - b.min;
                     b.min = other.max;
                 }
             }
@@ -65,7 +65,7 @@ fn equals_all_pairs<S: Space>() {
         let count = [0, 1, 2, 5, 40, 200][round % 6];
         let bounds = boxes::<S>(&mut random, count);
         let movable: Vec<bool> = (0..count).map(|_| random.unit() < 0.7).collect();
-        let may_pair = |i: usize, j: usize| (i * 7 + j) % 5 != 0;
+        let may_pair = |i: usize, j: usize| !(i * 7 + j).is_multiple_of(5);
         let expected = all_pairs(&bounds, &movable, &may_pair);
         assert_eq!(phase.update(&bounds, &movable, &may_pair), expected, "round {round}");
         assert!(expected.windows(2).all(|w| w[0] < w[1]));

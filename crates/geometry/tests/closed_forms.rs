@@ -92,7 +92,8 @@ fn every_solid_rests_on_every_floor_with_exact_gap_exact_normal_and_the_right_nu
 
 #[test]
 fn every_figure_rests_on_every_ground_with_exact_gap_exact_normal_and_the_right_number_of_points() {
-    let hexagon = (0..6).map(|k| Turn::from_angle(f64::from(k) * std::f64::consts::FRAC_PI_3).rotate(vec2(0.0, 0.5)));
+    let hexagon =
+        (0..6).map(|k| Turn::from_angle(f64::from(k) * std::f64::consts::FRAC_PI_3).rotate(vec2(0.0, 0.5)));
     let turned = Turn::from_angle(std::f64::consts::FRAC_PI_6);
     let apothem = 0.5 * 0.75f64.sqrt();
     let figures = [
@@ -108,7 +109,13 @@ fn every_figure_rests_on_every_ground_with_exact_gap_exact_normal_and_the_right_
         (PlanarShape::HalfPlane { normal: vec2(0.0, 3.0) }, 0.0),
         (PlanarShape::Box { size: [20.0, 2.0] }, 1.0),
         (PlanarShape::Segment { a: vec2(-5.0, 0.2), b: vec2(5.0, 0.2) }, 0.2),
-        (PlanarShape::Polyline { points: (0..9).map(|k| vec2(f64::from(k) - 4.0, 0.0)).collect(), closed: false }, 0.0),
+        (
+            PlanarShape::Polyline {
+                points: (0..9).map(|k| vec2(f64::from(k) - 4.0, 0.0)).collect(),
+                closed: false,
+            },
+            0.0,
+        ),
         (PlanarShape::HeightField { heights: vec![0.7; 13], width: 9.0 }, 0.7),
     ];
     let mut random = Random::new(6);
@@ -124,7 +131,11 @@ fn every_figure_rests_on_every_ground_with_exact_gap_exact_normal_and_the_right_
                     assert_eq!(found.len(), *count, "{}", context());
                     for p in &found {
                         assert!((p.gap - gap).abs() < 1e-13, "{}", context());
-                        assert!((p.normal - frame.rotation.rotate(vec2(0.0, 1.0))).norm() < 1e-13, "{}", context());
+                        assert!(
+                            (p.normal - frame.rotation.rotate(vec2(0.0, 1.0))).norm() < 1e-13,
+                            "{}",
+                            context()
+                        );
                         assert!((frame.to_body(p.point)[1] - top - 0.5 * gap).abs() < 1e-13, "{}", context());
                     }
                 }
@@ -168,7 +179,10 @@ fn coincident_cores_of_every_kind_give_finite_unit_normals() {
             let found = contacts::<Spatial>(&a, &at3(0.0, 0.0, 0.0), &b, &at3(0.0, 0.0, 0.0), 0.01);
             assert!(!found.is_empty(), "{a:?} {b:?}");
             for p in &found {
-                assert!((p.normal.norm() - 1.0).abs() < 1e-13 && p.gap < -0.1 && p.point.is_finite(), "{a:?} {b:?} {p:?}");
+                assert!(
+                    (p.normal.norm() - 1.0).abs() < 1e-13 && p.gap < -0.1 && p.point.is_finite(),
+                    "{a:?} {b:?} {p:?}"
+                );
             }
         }
     }
@@ -219,17 +233,23 @@ fn crossed_edges_of_two_boxes_touch_where_they_cross() {
 
 #[test]
 fn a_small_box_on_a_large_one_keeps_its_own_corners_and_a_half_overhanging_one_the_edge() {
-    let (small, large) = (SpatialShape::Box { size: [0.2, 0.2, 0.2] }, SpatialShape::Box { size: [1.0, 1.0, 1.0] });
+    let (small, large) =
+        (SpatialShape::Box { size: [0.2, 0.2, 0.2] }, SpatialShape::Box { size: [1.0, 1.0, 1.0] });
     let places = |x: f64| {
         let found = contacts::<Spatial>(&small, &at3(x, 0.0, 0.6), &large, &at3(0.0, 0.0, 0.0), 0.01);
-        let mut p: Vec<[i64; 2]> =
-            found.iter().map(|p| [(p.point[0] * 1e9).round() as i64, (p.point[1] * 1e9).round() as i64]).collect();
+        let mut p: Vec<[i64; 2]> = found
+            .iter()
+            .map(|p| [(p.point[0] * 1e9).round() as i64, (p.point[1] * 1e9).round() as i64])
+            .collect();
         p.sort_unstable();
         p
     };
     let tenth = 100_000_000;
     assert_eq!(places(0.0), [[-tenth, -tenth], [-tenth, tenth], [tenth, -tenth], [tenth, tenth]]);
-    assert_eq!(places(0.5), [[4 * tenth, -tenth], [4 * tenth, tenth], [5 * tenth, -tenth], [5 * tenth, tenth]]);
+    assert_eq!(
+        places(0.5),
+        [[4 * tenth, -tenth], [4 * tenth, tenth], [5 * tenth, -tenth], [5 * tenth, tenth]]
+    );
 }
 
 #[test]

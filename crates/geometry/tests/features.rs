@@ -13,7 +13,8 @@ fn names<S: Geometry>(a: &S::Shape, pose_a: &Pose<S>, b: &S::Shape, pose_b: &Pos
 
 #[test]
 fn names_stay_while_a_box_slides_and_rocks_on_a_larger_one() {
-    let (cube, floor) = (SpatialShape::Box { size: [1.0, 1.0, 1.0] }, SpatialShape::Box { size: [20.0, 20.0, 1.0] });
+    let (cube, floor) =
+        (SpatialShape::Box { size: [1.0, 1.0, 1.0] }, SpatialShape::Box { size: [20.0, 20.0, 1.0] });
     let first = names::<Spatial>(&cube, &at3(0.0, 0.0, 1.0), &floor, &at3(0.0, 0.0, 0.0));
     assert_eq!(first.len(), 4);
     let mut random = Random::new(1);

@@ -13,7 +13,8 @@ fn volume(corners: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
 
 /// Closed, outward, and every point inside.
 fn check(points: &[Vec3]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let (corners, triangles) = convex_hull_spatial(points).unwrap_or_else(|e| panic!("{} points: {e}", points.len()));
+    let (corners, triangles) =
+        convex_hull_spatial(points).unwrap_or_else(|e| panic!("{} points: {e}", points.len()));
     assert_eq!(triangles.len(), 2 * corners.len() - 4, "Euler's formula for a closed triangulated sphere");
     let size = points.iter().fold(0.0, |m: f64, p| m.max(p.max_abs()));
     for t in &triangles {
@@ -29,12 +30,17 @@ fn check(points: &[Vec3]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
 #[test]
 fn a_cube_with_points_inside_on_faces_and_twice_keeps_its_eight_corners() {
     let mut random = Random::new(41);
-    let mut points: Vec<Vec3> = (0..27).map(|k| vec3(f64::from(k % 3), f64::from(k / 3 % 3), f64::from(k / 9))).collect();
+    let mut points: Vec<Vec3> =
+        (0..27).map(|k| vec3(f64::from(k % 3), f64::from(k / 3 % 3), f64::from(k / 9))).collect();
     points.extend((0..50).map(|_| random.vec3() * 0.9 + vec3(1.0, 1.0, 1.0)));
     points.extend(points.clone());
     let (corners, triangles) = check(&points);
     assert_close(volume(&corners, &triangles), 8.0, 1e-12, "volume");
-    assert!((0..8).all(|k| corners.contains(&vec3(f64::from(k & 2), f64::from((k & 1) * 2), f64::from((k & 4) / 2)))));
+    assert!((0..8).all(|k| corners.contains(&vec3(
+        f64::from(k & 2),
+        f64::from((k & 1) * 2),
+        f64::from((k & 4) / 2)
+    ))));
 }
 
 #[test]
@@ -48,9 +54,9 @@ fn points_that_lie_in_the_faces_but_for_rounding_do_not_confuse_the_hull() {
             let inside = random.vec3();
             points.push(pose.to_world(Vec3::from_fn(|i| if i == axis { side } else { inside[i] })));
         }
-        points.extend((0..8).map(|k| {
-            pose.to_world(Vec3::from_fn(|i| if k >> i & 1 == 1 { 1.0 } else { -1.0 }))
-        }));
+        points.extend(
+            (0..8).map(|k| pose.to_world(Vec3::from_fn(|i| if k >> i & 1 == 1 { 1.0 } else { -1.0 }))),
+        );
         let (corners, triangles) = check(&points);
         assert_close(volume(&corners, &triangles), 8.0, 1e-11, "volume");
     }
@@ -65,16 +71,28 @@ fn hulls_of_many_kinds_of_points_are_closed_convex_and_complete() {
             check(&(0..n).map(|_| random.vec3()).collect::<Vec<_>>());
             let turned = random.pose3(100.0);
             // a plate and a needle a thousand times longer than thick
-            check(&(0..n).map(|_| turned.to_world(vec3(random.signed(), random.signed(), 1e-3 * random.signed()))).collect::<Vec<_>>());
-            check(&(0..n).map(|_| turned.to_world(vec3(random.signed(), 1e-3 * random.signed(), 1e-3 * random.signed()))).collect::<Vec<_>>());
+            check(
+                &(0..n)
+                    .map(|_| turned.to_world(vec3(random.signed(), random.signed(), 1e-3 * random.signed())))
+                    .collect::<Vec<_>>(),
+            );
+            check(
+                &(0..n)
+                    .map(|_| {
+                        turned.to_world(vec3(random.signed(), 1e-3 * random.signed(), 1e-3 * random.signed()))
+                    })
+                    .collect::<Vec<_>>(),
+            );
         }
     }
     for n in [3, 6, 16, 64] {
         // prisms and cones with many corners in one plane
-        let ring = |z: f64, r: f64| (0..n).map(move |k| {
-            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(n);
-            vec3(r * angle.cos(), r * angle.sin(), z)
-        });
+        let ring = |z: f64, r: f64| {
+            (0..n).map(move |k| {
+                let angle = std::f64::consts::TAU * f64::from(k) / f64::from(n);
+                vec3(r * angle.cos(), r * angle.sin(), z)
+            })
+        };
         check(&ring(0.0, 1.0).chain(ring(2.0, 1.0)).collect::<Vec<_>>());
         check(&ring(0.0, 1.0).chain([vec3(0.0, 0.0, 3.0)]).collect::<Vec<_>>());
         check(&ring(0.0, 1.0).chain(ring(0.5, 0.7)).chain(ring(1.0, 0.2)).collect::<Vec<_>>());
@@ -89,7 +107,12 @@ fn the_hull_does_not_depend_on_size_and_place() {
         let moved: Vec<Vec3> = points.iter().map(|p| *p * scale + vec3(shift, shift, -shift)).collect();
         let (c, t) = check(&moved);
         assert_eq!(c.len(), corners.len());
-        assert_close(volume(&c, &t) / (scale * scale * scale) / volume(&corners, &triangles), 1.0, 1e-9, "volume");
+        assert_close(
+            volume(&c, &t) / (scale * scale * scale) / volume(&corners, &triangles),
+            1.0,
+            1e-9,
+            "volume",
+        );
     }
 }
 
@@ -98,7 +121,10 @@ fn planar_hulls_are_counter_clockwise_without_points_on_edges() {
     let mut random = Random::new(44);
     let mut square: Vec<Vec2> = (0..9).map(|k| vec2(f64::from(k % 3), f64::from(k / 3))).collect();
     square.extend((0..20).map(|_| vec2(2.0 * random.unit(), 2.0 * random.unit())));
-    assert_eq!(convex_hull_planar(&square).unwrap(), [vec2(0.0, 0.0), vec2(2.0, 0.0), vec2(2.0, 2.0), vec2(0.0, 2.0)]);
+    assert_eq!(
+        convex_hull_planar(&square).unwrap(),
+        [vec2(0.0, 0.0), vec2(2.0, 0.0), vec2(2.0, 2.0), vec2(0.0, 2.0)]
+    );
     for n in [3, 5, 30, 300] {
         let points: Vec<Vec2> = (0..n).map(|_| random.vec2()).collect();
         let hull = convex_hull_planar(&points).unwrap();
@@ -133,7 +159,9 @@ fn an_l_and_a_u_fall_into_convex_parts_of_the_right_volume_that_leave_the_notch_
         &[[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [2.0, 2.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]],
         &[[0, 1, 4], [0, 4, 5], [1, 2, 4], [2, 3, 4], [0, 5, 6], [0, 6, 7]],
     );
-    for ((vertices, triangles), solid, notch) in [(l, 3.0, vec3(1.6, 1.6, 0.5)), (u, 5.0, vec3(1.5, 1.6, 0.5))] {
+    for ((vertices, triangles), solid, notch) in
+        [(l, 3.0, vec3(1.6, 1.6, 0.5)), (u, 5.0, vec3(1.5, 1.6, 0.5))]
+    {
         assert_close(volume(&vertices, &triangles), solid, 1e-12, "the test's own mesh");
         let parts = decompose(&vertices, &triangles, &Decomposition::default()).unwrap();
         assert!((2..=6).contains(&parts.len()), "{} parts", parts.len());
@@ -160,5 +188,8 @@ fn decomposition_refuses_what_it_cannot_do() {
     assert_eq!(refuse(Decomposition { max_parts: 0, ..Default::default() }), "max_parts");
     assert_eq!(refuse(Decomposition { resolution: 100_000, ..Default::default() }), "resolution");
     assert_eq!(refuse(Decomposition { concavity: f64::NAN, ..Default::default() }), "concavity");
-    assert_eq!(decompose(&tetrahedron, &[[0, 1, 9]], &Decomposition::default()).unwrap_err().field, "triangles[0][2]");
+    assert_eq!(
+        decompose(&tetrahedron, &[[0, 1, 9]], &Decomposition::default()).unwrap_err().field,
+        "triangles[0][2]"
+    );
 }

@@ -53,7 +53,11 @@ fn closest_is_the_largest_separation<S: Geometry>(
             return;
         }
         let own = separation::<S>(&ca, pose_a, &cb, pose_b, &frame(random, found.normal, 0.0));
-        assert!((own - found.gap).abs() < 1e-12, "{a:?} {pose_a:?}\n{b:?} {pose_b:?}: {} along its normal {own}", found.gap);
+        assert!(
+            (own - found.gap).abs() < 1e-12,
+            "{a:?} {pose_a:?}\n{b:?} {pose_b:?}: {} along its normal {own}",
+            found.gap
+        );
         for k in 0..200 {
             // half of the trials look near the normal that was found
             let spread = if k % 2 == 0 { 4.0 } else { 0.1 / (1 + k) as f64 };
@@ -64,7 +68,10 @@ fn closest_is_the_largest_separation<S: Geometry>(
             );
         }
         let apart = found.point_a - found.point_b;
-        assert!((apart - found.normal * found.gap).norm() < 10.0 * tolerance, "witnesses {apart:?} for {found:?}\n{a:?} {pose_a:?}\n{b:?} {pose_b:?}");
+        assert!(
+            (apart - found.normal * found.gap).norm() < 10.0 * tolerance,
+            "witnesses {apart:?} for {found:?}\n{a:?} {pose_a:?}\n{b:?} {pose_b:?}"
+        );
     });
 }
 
@@ -82,12 +89,24 @@ fn frame3(random: &mut Random, normal: carom_math::Vec3, spread: f64) -> Pose<Sp
 
 #[test]
 fn no_direction_separates_convex_shapes_of_the_plane_more_than_the_one_found() {
-    closest_is_the_largest_separation::<Planar>(&convex_planar(), |r| r.pose2(0.6), frame2, 1e-12, f64::INFINITY);
+    closest_is_the_largest_separation::<Planar>(
+        &convex_planar(),
+        |r| r.pose2(0.6),
+        frame2,
+        1e-12,
+        f64::INFINITY,
+    );
 }
 
 #[test]
 fn no_direction_separates_flat_shapes_of_space_more_than_the_one_found() {
-    closest_is_the_largest_separation::<Spatial>(&flat_spatial(), |r| r.pose3(0.6), frame3, 1e-12, f64::INFINITY);
+    closest_is_the_largest_separation::<Spatial>(
+        &flat_spatial(),
+        |r| r.pose3(0.6),
+        frame3,
+        1e-12,
+        f64::INFINITY,
+    );
 }
 
 #[test]
@@ -148,15 +167,29 @@ fn a_common_motion_moves_the_contacts_along<S: Geometry>(
 
 #[test]
 fn a_common_rigid_motion_moves_the_contacts_along_in_the_plane() {
-    a_common_motion_moves_the_contacts_along::<Planar>(&convex_planar(), |r| r.pose2(0.6), |r| r.pose2(10.0), 1e-11);
+    a_common_motion_moves_the_contacts_along::<Planar>(
+        &convex_planar(),
+        |r| r.pose2(0.6),
+        |r| r.pose2(10.0),
+        1e-11,
+    );
 }
 
 #[test]
 fn a_common_rigid_motion_moves_the_contacts_along_in_space() {
-    a_common_motion_moves_the_contacts_along::<Spatial>(&flat_spatial(), |r| r.pose3(0.6), |r| r.pose3(10.0), 1e-11);
+    a_common_motion_moves_the_contacts_along::<Spatial>(
+        &flat_spatial(),
+        |r| r.pose3(0.6),
+        |r| r.pose3(10.0),
+        1e-11,
+    );
 }
 
-fn contacts_are_well_formed<S: Geometry>(shapes: &[S::Shape], pose: impl FnMut(&mut Random) -> Pose<S>, most: usize) {
+fn contacts_are_well_formed<S: Geometry>(
+    shapes: &[S::Shape],
+    pose: impl FnMut(&mut Random) -> Pose<S>,
+    most: usize,
+) {
     each_pair::<S>(shapes, 30, pose, |a, pose_a, b, pose_b, _| {
         let margin = 0.05;
         let found = contacts::<S>(a, pose_a, b, pose_b, margin);
@@ -183,10 +216,15 @@ fn contacts_appear_exactly_within_the_margin_with_unit_normals_and_distinct_feat
 
 #[test]
 fn the_same_arguments_give_the_same_bits() {
-    each_pair::<Spatial>(&convex_spatial(), 3, |r| r.pose3(0.5), |a, pose_a, b, pose_b, random| {
-        let first = contacts::<Spatial>(a, pose_a, b, pose_b, 0.05);
-        // other work in between must not leave a trace
-        contacts::<Spatial>(b, &random.pose3(0.3), a, pose_a, 0.05);
-        assert_eq!(first, contacts::<Spatial>(a, pose_a, b, pose_b, 0.05));
-    });
+    each_pair::<Spatial>(
+        &convex_spatial(),
+        3,
+        |r| r.pose3(0.5),
+        |a, pose_a, b, pose_b, random| {
+            let first = contacts::<Spatial>(a, pose_a, b, pose_b, 0.05);
+            // other work in between must not leave a trace
+            contacts::<Spatial>(b, &random.pose3(0.3), a, pose_a, 0.05);
+            assert_eq!(first, contacts::<Spatial>(a, pose_a, b, pose_b, 0.05));
+        },
+    );
 }

@@ -5,7 +5,13 @@ use carom_geometry::{Geometry, PlanarShape, RayHit, SpatialPart, SpatialShape};
 use carom_math::{Column, Planar, Pose, Rotation, Spatial, Vec3, vec2, vec3};
 use common::*;
 
-fn cast(shape: &SpatialShape, pose: &Pose<Spatial>, origin: Vec3, direction: Vec3, reach: f64) -> Option<RayHit<Spatial>> {
+fn cast(
+    shape: &SpatialShape,
+    pose: &Pose<Spatial>,
+    origin: Vec3,
+    direction: Vec3,
+    reach: f64,
+) -> Option<RayHit<Spatial>> {
     Spatial::raycast(&collider::<Spatial>(shape), pose, origin, direction, reach)
 }
 
@@ -30,7 +36,10 @@ fn a_ray_meets_a_ball_where_the_quadratic_formula_says() {
             let found = found.unwrap();
             hits += 1;
             // near the rim of the ball t hangs on the square root of a small difference
-            assert!((found.distance - t).abs() < 1e-14 / (b * b - c).sqrt().min(1.0) + 1e-13, "{found:?} {t}");
+            assert!(
+                (found.distance - t).abs() < 1e-14 / (b * b - c).sqrt().min(1.0) + 1e-13,
+                "{found:?} {t}"
+            );
             assert!((found.normal - (w + direction * t) * 2.0).norm() < 1e-6);
         }
     }
@@ -76,7 +85,8 @@ fn a_ray_meets_a_box_where_the_slabs_say() {
 fn every_hit_lies_on_the_surface_and_nothing_lies_before_it() {
     let mut random = Random::new(23);
     for shape in convex_spatial() {
-        let (c, point) = (collider::<Spatial>(&shape), collider::<Spatial>(&SpatialShape::Sphere { radius: 1e-9 }));
+        let (c, point) =
+            (collider::<Spatial>(&shape), collider::<Spatial>(&SpatialShape::Sphere { radius: 1e-9 }));
         let gap = |pose: &Pose<Spatial>, x: Vec3| {
             let at = Pose::new(x, carom_math::Quaternion::IDENTITY);
             Spatial::closest(&point, &at, &c, pose, f64::INFINITY).unwrap().gap + 1e-9
@@ -92,7 +102,10 @@ fn every_hit_lies_on_the_surface_and_nothing_lies_before_it() {
                     for k in 0..200 {
                         let t = 0.02 * f64::from(k);
                         let inside = gap(&pose, origin + direction * t);
-                        assert!(inside > -1e-12, "{shape:?} {pose:?} {origin:?} {direction:?}: {inside} at {t}");
+                        assert!(
+                            inside > -1e-12,
+                            "{shape:?} {pose:?} {origin:?} {direction:?}: {inside} at {t}"
+                        );
                     }
                 }
                 Some(hit) => {
@@ -100,7 +113,11 @@ fn every_hit_lies_on_the_surface_and_nothing_lies_before_it() {
                     let on_surface = origin + direction * hit.distance;
                     assert!(gap(&pose, on_surface).abs() < 1e-12, "{shape:?} {}", gap(&pose, on_surface));
                     assert!(hit.normal.dot(direction) < 1e-9 && (hit.normal.norm() - 1.0).abs() < 1e-12);
-                    assert!((0..20).all(|k| gap(&pose, origin + direction * (hit.distance * f64::from(k) / 20.0)) > 0.0));
+                    assert!(
+                        (0..20)
+                            .all(|k| gap(&pose, origin + direction * (hit.distance * f64::from(k) / 20.0))
+                                > 0.0)
+                    );
                     assert!(Spatial::raycast(&c, &pose, origin, direction, hit.distance - 1e-9).is_none());
                 }
             }
@@ -138,15 +155,18 @@ fn walls_stop_rays_on_their_plane() {
     assert!(cast(&wall, &pose, vec3(0.0, 0.0, 3.0), -down, 10.0).is_none());
     assert_eq!(cast(&wall, &pose, vec3(0.0, 0.0, 0.5), Z, 10.0).unwrap().distance, 0.0);
     let ground = PlanarShape::HalfPlane { normal: vec2(0.0, 1.0) };
-    let hit = Planar::raycast(&collider::<Planar>(&ground), &at2(0.0, 0.0), vec2(0.0, 2.0), vec2(0.0, -1.0), 9.0);
+    let hit =
+        Planar::raycast(&collider::<Planar>(&ground), &at2(0.0, 0.0), vec2(0.0, 2.0), vec2(0.0, -1.0), 9.0);
     assert_eq!(hit.unwrap().distance, 2.0);
 }
 
 #[test]
 fn a_ray_through_a_compound_stops_at_the_first_part() {
-    let part = |x: f64| SpatialPart { pose: at3(x, 0.0, 0.0), shape: SpatialShape::Box { size: [1.0, 1.0, 1.0] } };
+    let part =
+        |x: f64| SpatialPart { pose: at3(x, 0.0, 0.0), shape: SpatialShape::Box { size: [1.0, 1.0, 1.0] } };
     let row = SpatialShape::Compound { parts: (0..9).map(|k| part(2.0 * f64::from(k))).collect() };
-    for (x, direction, distance) in [(-3.0, 1.0, 2.5), (30.0, -1.0, 13.5), (5.0, 1.0, 0.5), (5.0, -1.0, 0.5)] {
+    for (x, direction, distance) in [(-3.0, 1.0, 2.5), (30.0, -1.0, 13.5), (5.0, 1.0, 0.5), (5.0, -1.0, 0.5)]
+    {
         let hit = cast(&row, &at3(0.0, 0.0, 0.0), vec3(x, 0.1, 0.2), X * direction, 50.0).unwrap();
         assert_close(hit.distance, distance, 1e-13, "distance");
         assert!((hit.normal + X * direction).norm() < 1e-13);
@@ -165,7 +185,10 @@ fn rays_of_the_plane_meet_discs_boxes_and_chains() {
     let round = PlanarShape::RoundBox { size: [2.0, 2.0], radius: 0.5 };
     let corner = cast(&round, 5.0, 5.0, -1.0, -1.0).unwrap();
     assert_close(corner.distance, 4.0 * 2.0f64.sqrt() - 0.5, 1e-14, "round corner");
-    let chain = PlanarShape::Polyline { points: vec![vec2(-2.0, 0.0), vec2(0.0, 1.0), vec2(2.0, 0.0)], closed: false };
+    let chain = PlanarShape::Polyline {
+        points: vec![vec2(-2.0, 0.0), vec2(0.0, 1.0), vec2(2.0, 0.0)],
+        closed: false,
+    };
     let hit = cast(&chain, 1.0, 3.0, 0.0, -1.0).unwrap();
     assert_close(hit.distance, 2.5, 1e-14, "chain");
     assert!((hit.normal - vec2(1.0, 2.0) * (1.0 / 5.0f64.sqrt())).norm() < 1e-14);

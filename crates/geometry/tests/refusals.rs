@@ -30,8 +30,16 @@ fn sizes_that_are_not_finite_and_positive_are_refused() {
         refused::<Spatial>(SpatialShape::Cylinder { height: bad, radius: 1.0 }, "height", &v);
         refused::<Spatial>(SpatialShape::Cylinder { height: 1.0, radius: bad }, "radius", &v);
         refused::<Spatial>(SpatialShape::Cone { height: bad, radius: 1.0 }, "height", &v);
-        refused::<Spatial>(SpatialShape::RoundCylinder { height: 1.0, radius: 1.0, rounding: bad }, "rounding", &v);
-        refused::<Spatial>(SpatialShape::RoundCone { height: 1.0, radius: 1.0, rounding: bad }, "rounding", &v);
+        refused::<Spatial>(
+            SpatialShape::RoundCylinder { height: 1.0, radius: 1.0, rounding: bad },
+            "rounding",
+            &v,
+        );
+        refused::<Spatial>(
+            SpatialShape::RoundCone { height: 1.0, radius: 1.0, rounding: bad },
+            "rounding",
+            &v,
+        );
         let flat = vec![vec![0.0; 2]; 2];
         refused::<Spatial>(SpatialShape::HeightField { heights: flat, size: [1.0, bad] }, "size[1]", &v);
     }
@@ -53,10 +61,15 @@ fn hulls_without_area_or_volume_are_refused() {
     refused::<Planar>(PlanarShape::ConvexPolygon { points: vec![vec2(1.0, 1.0); 5] }, "points", "got 1");
     let turned = Quaternion::from_axis_angle(vec3(0.6, 0.0, 0.8), 1.0);
     use carom_math::Rotation;
-    let plane: Vec<Vec3> =
-        (0..9).map(|k| turned.rotate(vec3(f64::from(k % 3), f64::from(k / 3), 0.0)) + vec3(5.0, 5.0, 5.0)).collect();
+    let plane: Vec<Vec3> = (0..9)
+        .map(|k| turned.rotate(vec3(f64::from(k % 3), f64::from(k / 3), 0.0)) + vec3(5.0, 5.0, 5.0))
+        .collect();
     refused::<Spatial>(SpatialShape::ConvexHull { points: plane.clone() }, "points", "one plane");
-    refused::<Spatial>(SpatialShape::RoundConvexHull { points: plane.clone(), radius: 0.1 }, "points", "one plane");
+    refused::<Spatial>(
+        SpatialShape::RoundConvexHull { points: plane.clone(), radius: 0.1 },
+        "points",
+        "one plane",
+    );
     refused::<Spatial>(SpatialShape::ConvexHull { points: plane[..3].to_vec() }, "points", "got 3");
     refused::<Spatial>(SpatialShape::ConvexHull { points: vec![vec3(1.0, 2.0, 3.0); 6] }, "points", "got 1");
     let mut broken = hull_points(8, 1.0, 1);
@@ -70,7 +83,11 @@ fn walls_without_length_and_normals_without_direction_are_refused() {
     refused::<Planar>(PlanarShape::Segment { a, b: a }, "b", "[1.0, 2.0]");
     refused::<Planar>(PlanarShape::Segment { a: vec2(f64::NAN, 0.0), b: a }, "a", "NaN");
     refused::<Planar>(PlanarShape::Polyline { points: vec![a], closed: false }, "points", "got 1");
-    refused::<Planar>(PlanarShape::Polyline { points: vec![a, vec2(0.0, 0.0)], closed: true }, "points", "got 2");
+    refused::<Planar>(
+        PlanarShape::Polyline { points: vec![a, vec2(0.0, 0.0)], closed: true },
+        "points",
+        "got 2",
+    );
     let chain = vec![a, vec2(0.0, 0.0), vec2(0.0, 0.0), vec2(3.0, 0.0)];
     refused::<Planar>(PlanarShape::Polyline { points: chain, closed: false }, "points[2]", "[0.0, 0.0]");
     let ring = vec![a, vec2(0.0, 0.0), vec2(3.0, 0.0), a];
@@ -86,7 +103,10 @@ fn normals_are_brought_to_unit_length_however_long_they_were() {
         let wall = SpatialShape::HalfSpace { normal: vec3(0.0, 0.6 * length, 0.8 * length) };
         let ball = SpatialShape::Sphere { radius: 0.5 };
         let found = contacts::<Spatial>(&ball, &at3(0.0, 0.3, 0.4), &wall, &at3(0.0, 0.0, 0.0), 0.1);
-        assert!((found[0].normal[1] - 0.6).abs() < 1e-15 && found[0].gap.abs() < 1e-15, "{length:e} {found:?}");
+        assert!(
+            (found[0].normal[1] - 0.6).abs() < 1e-15 && found[0].gap.abs() < 1e-15,
+            "{length:e} {found:?}"
+        );
     }
 }
 
@@ -115,7 +135,11 @@ fn meshes_with_bad_indices_or_triangles_are_refused() {
     refused::<Spatial>(few, "vertices", "got 2");
     let mut broken = vertices.clone();
     broken[1] = vec3(f64::INFINITY, 0.0, 0.0);
-    refused::<Spatial>(SpatialShape::TriMesh { vertices: broken, triangles: vec![[0, 1, 2]] }, "vertices[1]", "inf");
+    refused::<Spatial>(
+        SpatialShape::TriMesh { vertices: broken, triangles: vec![[0, 1, 2]] },
+        "vertices[1]",
+        "inf",
+    );
 }
 
 #[test]
@@ -123,10 +147,19 @@ fn empty_nested_and_misplaced_compounds_are_refused() {
     refused::<Planar>(PlanarShape::Compound { parts: vec![] }, "parts", "got 0");
     refused::<Spatial>(SpatialShape::Compound { parts: vec![] }, "parts", "got 0");
     let good = SpatialPart { pose: Pose::default(), shape: SpatialShape::Sphere { radius: 1.0 } };
-    let nested = SpatialPart { pose: Pose::default(), shape: SpatialShape::Compound { parts: vec![good.clone()] } };
-    refused::<Spatial>(SpatialShape::Compound { parts: vec![good.clone(), nested] }, "parts[1].shape", "compound");
+    let nested =
+        SpatialPart { pose: Pose::default(), shape: SpatialShape::Compound { parts: vec![good.clone()] } };
+    refused::<Spatial>(
+        SpatialShape::Compound { parts: vec![good.clone(), nested] },
+        "parts[1].shape",
+        "compound",
+    );
     let bad = SpatialPart { pose: Pose::default(), shape: SpatialShape::Box { size: [1.0, -2.0, 1.0] } };
-    refused::<Spatial>(SpatialShape::Compound { parts: vec![good.clone(), bad] }, "parts[1].shape.size[1]", "-2");
+    refused::<Spatial>(
+        SpatialShape::Compound { parts: vec![good.clone(), bad] },
+        "parts[1].shape.size[1]",
+        "-2",
+    );
     let lost = SpatialPart { pose: at3(f64::NAN, 0.0, 0.0), ..good.clone() };
     refused::<Spatial>(SpatialShape::Compound { parts: vec![lost] }, "parts[0].pose.position", "NaN");
     let bent = SpatialPart { pose: Pose::new(vec3(0.0, 0.0, 0.0), Quaternion([2.0, 0.0, 0.0, 0.0])), ..good };

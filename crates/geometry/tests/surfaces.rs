@@ -8,7 +8,9 @@ use common::*;
 #[test]
 fn nothing_that_rolls_or_slides_over_a_flat_mesh_meets_a_tilted_normal() {
     let mut random = Random::new(11);
-    for floor in [flat_mesh(6, 6.0), SpatialShape::HeightField { heights: vec![vec![0.0; 7]; 7], size: [6.0, 6.0] }] {
+    for floor in
+        [flat_mesh(6, 6.0), SpatialShape::HeightField { heights: vec![vec![0.0; 7]; 7], size: [6.0, 6.0] }]
+    {
         let floor = collider::<Spatial>(&floor);
         for shape in convex_spatial() {
             let c = collider::<Spatial>(&shape);
@@ -17,10 +19,19 @@ fn nothing_that_rolls_or_slides_over_a_flat_mesh_meets_a_tilted_normal() {
                 let low = Spatial::bounds(&c, &Pose::new(Column::ZERO, rotation), 0.0).min[2];
                 let gap = [1e-3, 0.0, -1e-6, -1e-3][random.below(4)];
                 // a good part of the places lies exactly over seams and corners
-                let mut place = |_| if random.unit() < 0.3 { (3.0 * random.signed()).round() } else { 2.4 * random.signed() };
+                let mut place = |_| {
+                    if random.unit() < 0.3 { (3.0 * random.signed()).round() } else { 2.4 * random.signed() }
+                };
                 let position = vec3(place(0).clamp(-2.0, 2.0), place(1).clamp(-2.0, 2.0), gap - low);
                 let mut found = Vec::new();
-                Spatial::contacts(&c, &Pose::new(position, rotation), &floor, &at3(0.0, 0.0, 0.0), 0.01, &mut found);
+                Spatial::contacts(
+                    &c,
+                    &Pose::new(position, rotation),
+                    &floor,
+                    &at3(0.0, 0.0, 0.0),
+                    0.01,
+                    &mut found,
+                );
                 let context = || format!("{shape:?} {position:?} {rotation:?} gap {gap:e}\n{found:#?}");
                 assert!((1..=4).contains(&found.len()), "{}", context());
                 assert!((deepest::<Spatial>(&found) - gap).abs() < 1e-12, "{}", context());
@@ -33,7 +44,10 @@ fn nothing_that_rolls_or_slides_over_a_flat_mesh_meets_a_tilted_normal() {
 #[test]
 fn nothing_that_slides_over_a_flat_polyline_meets_a_tilted_normal() {
     let mut random = Random::new(12);
-    let floor = PlanarShape::Polyline { points: (0..9).map(|k| vec2(f64::from(k) - 4.0, 0.0)).collect(), closed: false };
+    let floor = PlanarShape::Polyline {
+        points: (0..9).map(|k| vec2(f64::from(k) - 4.0, 0.0)).collect(),
+        closed: false,
+    };
     let floor = collider::<Planar>(&floor);
     for figure in convex_planar().into_iter().filter(|f| !matches!(f, PlanarShape::Segment { .. })) {
         let c = collider::<Planar>(&figure);
@@ -69,7 +83,11 @@ fn a_mesh_box_feels_like_a_box() {
             let context = || format!("{shape:?} {pose:?}\nsolid {there:#?}\nmesh {here:#?}");
             assert_eq!(there.is_empty(), here.is_empty(), "{}", context());
             if !there.is_empty() && deepest::<Spatial>(&there) > 0.0 {
-                assert!((deepest::<Spatial>(&there) - deepest::<Spatial>(&here)).abs() < 1e-9, "{}", context());
+                assert!(
+                    (deepest::<Spatial>(&there) - deepest::<Spatial>(&here)).abs() < 1e-9,
+                    "{}",
+                    context()
+                );
             }
             for p in &here {
                 assert!(p.gap > -0.2, "{}", context());
@@ -96,7 +114,8 @@ fn a_closed_thin_plate_pushes_only_upwards_from_its_top() {
     let plate = box_mesh([3.0, 3.0, 0.005], true);
     for shape in [SpatialShape::Sphere { radius: 0.5 }, SpatialShape::Box { size: [1.0, 1.0, 1.0] }] {
         for gap in [1e-3, 0.0, -1e-3] {
-            let found = contacts::<Spatial>(&shape, &at3(0.1, 0.3, 0.505 + gap), &plate, &at3(0.0, 0.0, 0.0), 0.02);
+            let found =
+                contacts::<Spatial>(&shape, &at3(0.1, 0.3, 0.505 + gap), &plate, &at3(0.0, 0.0, 0.0), 0.02);
             assert!(!found.is_empty());
             for p in &found {
                 assert!((p.normal - Z).norm() < 1e-12 && (p.gap - gap).abs() < 1e-12, "{p:?}");
@@ -143,10 +162,16 @@ fn a_ball_over_a_ridge_feels_its_edge_and_in_a_valley_both_slopes() {
     let height = 0.5 * 2.0f64.sqrt();
     let found = contacts::<Planar>(&disc, &at2(0.0, height), &roof(-1.0), &at2(0.0, 0.0), 0.01);
     assert_eq!(found.len(), 2);
-    assert!(found.iter().all(|p| p.gap.abs() < 1e-15 && (p.normal[1] - 0.5f64.sqrt()).abs() < 1e-15), "{found:?}");
+    assert!(
+        found.iter().all(|p| p.gap.abs() < 1e-15 && (p.normal[1] - 0.5f64.sqrt()).abs() < 1e-15),
+        "{found:?}"
+    );
     let found = contacts::<Spatial>(&ball, &at3(0.0, 0.7, height), &roof3(-1.0), &at3(0.0, 0.0, 0.0), 0.01);
     assert_eq!(found.len(), 2, "{found:?}");
-    assert!(found.iter().all(|p| p.gap.abs() < 1e-15 && (p.normal[2] - 0.5f64.sqrt()).abs() < 1e-15), "{found:?}");
+    assert!(
+        found.iter().all(|p| p.gap.abs() < 1e-15 && (p.normal[2] - 0.5f64.sqrt()).abs() < 1e-15),
+        "{found:?}"
+    );
 }
 
 #[test]
@@ -164,12 +189,16 @@ fn a_box_in_a_corner_of_a_mesh_touches_floor_and_wall_and_nothing_else() {
     let mesh = SpatialShape::TriMesh { vertices, triangles };
     let cube = SpatialShape::Box { size: [1.0, 1.0, 1.0] };
     for (dx, dz) in [(0.0, 0.0), (1e-3, 1e-4), (-1e-4, -1e-3), (-1e-3, 5e-3), (1e-9, -1e-9)] {
-        let found = contacts::<Spatial>(&cube, &at3(-0.5 - dx, 0.2, 0.5 + dz), &mesh, &at3(0.0, 0.0, 0.0), 0.01);
+        let found =
+            contacts::<Spatial>(&cube, &at3(-0.5 - dx, 0.2, 0.5 + dz), &mesh, &at3(0.0, 0.0, 0.0), 0.01);
         let (floor, wall): (Vec<carom_geometry::ContactPoint<Spatial>>, Vec<_>) =
             found.iter().copied().partition(|p| (p.normal - Z).norm() < 1e-12);
         assert_eq!((floor.len(), wall.len()), (4, 4), "{found:#?}");
         assert!(floor.iter().all(|p| (p.gap - dz).abs() < 1e-12), "{floor:#?}");
-        assert!(wall.iter().all(|p| (p.normal + X).norm() < 1e-12 && (p.gap - dx).abs() < 1e-12), "{wall:#?}");
+        assert!(
+            wall.iter().all(|p| (p.normal + X).norm() < 1e-12 && (p.gap - dx).abs() < 1e-12),
+            "{wall:#?}"
+        );
     }
 }
 
@@ -196,7 +225,9 @@ fn a_mesh_body_rests_on_walls_boxes_and_other_meshes() {
 
 #[test]
 fn a_disc_inside_a_closed_polyline_is_held_from_all_sides() {
-    let ring: Vec<Vec2> = (0..40).map(|k| Turn::from_angle(f64::from(k) * 0.15707963267948966).rotate(vec2(2.0, 0.0))).collect();
+    let ring: Vec<Vec2> = (0..40)
+        .map(|k| Turn::from_angle(f64::from(k) * 0.15707963267948966).rotate(vec2(2.0, 0.0)))
+        .collect();
     let bowl = PlanarShape::Polyline { points: ring, closed: true };
     let disc = PlanarShape::Circle { radius: 0.5 };
     let mut random = Random::new(14);

@@ -110,7 +110,9 @@ pub fn assert_close(a: f64, b: f64, tolerance: f64, what: &str) {
 
 /// Bounded convex shapes of the plane.
 pub fn convex_planar() -> Vec<PlanarShape> {
-    let ring = |n: usize, r: f64| (0..n).map(move |k| Turn::from_angle(k as f64 * 6.3 / n as f64).rotate(vec2(r, 0.0)));
+    let ring = |n: usize, r: f64| {
+        (0..n).map(move |k| Turn::from_angle(k as f64 * 6.3 / n as f64).rotate(vec2(r, 0.0)))
+    };
     vec![
         PlanarShape::Circle { radius: 0.4 },
         PlanarShape::Capsule { length: 0.7, radius: 0.2 },

@@ -15,7 +15,7 @@ pub struct SolveReport {
     pub iterations: usize,
     /// Natural-map residual \[m/s\].
     pub residual: f64,
-    /// The residual divided by the largest velocity the impulses had to change \[1\].
+    /// The residual divided by that of no impulses at all \[1\]: 1 is as wrong as doing nothing.
     pub relative_residual: f64,
     /// Bodies of the worst contact, by index.
     pub worst: Option<(usize, usize)>,
