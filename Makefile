@@ -32,7 +32,7 @@ $(VENV)/tools: $(VENV)/made requirements.lock
 # the package is installed in place: Python sources are used as they stand, the native module is rebuilt
 # when a Rust source is newer
 $(VENV)/package: $(VENV)/tools pyproject.toml $(RUST_SOURCES)
-	$(BIN)/python -m pip install $(PIP_FLAGS) --no-build-isolation --no-deps --editable .
+	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m pip install $(PIP_FLAGS) --no-build-isolation --no-deps --editable .
 	@touch $@
 
 # --- what users call ---
@@ -57,8 +57,8 @@ test-python: $(VENV)/package
 check: $(VENV)/tools
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
-	$(BIN)/ruff format --check python tests
-	$(BIN)/ruff check python tests
+	$(BIN)/ruff format --check python tests tools examples
+	$(BIN)/ruff check python tests tools examples
 	$(BIN)/mypy
 
 bench:

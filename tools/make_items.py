@@ -1,7 +1,7 @@
 """Writes docs/items.md: each item of the lecture notes, the code that does it, the tests that show it.
 
 The code is named here; the tests are found by their doc comments ("Item 23."), so that the table cannot
-name a test that is gone. Run `python tools/make_items.py`; the contract test says when the table is out of date.
+name a test that is gone. Run `python tools/make_items.py`; the contract test says when it is out of date.
 """
 
 import re

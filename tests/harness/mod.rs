@@ -6,8 +6,8 @@
 
 use carom::geometry::MassProperties;
 use carom::{
-    BodySpec, Column, Geometry, Inertia, Integrator, Ledger, Moment, Planar, PlanarShape, Rotation, Settings, Space,
-    Spatial, SpatialShape, StepReport, Sym3, World, vec1, vec2, vec3,
+    BodySpec, Column, Geometry, Inertia, Integrator, Ledger, Moment, Planar, PlanarShape, Rotation, Settings,
+    Space, Spatial, SpatialShape, StepReport, Sym3, World, vec1, vec2, vec3,
 };
 
 /// Standard acceleration of gravity in the scenes \[m/s^2\].
@@ -205,7 +205,10 @@ pub fn angle_between<S: Space>(a: &S::Rotation, b: &S::Rotation) -> f64 {
 pub fn close(got: f64, wanted: f64, tolerance: f64, what: &str) {
     let off = got - wanted;
     println!("measured: {what}: {got:.12} for {wanted:.12}, off by {off:.1e} of {tolerance:.1e}");
-    assert!(off.abs() <= tolerance, "{what}: got {got:.12}, wanted {wanted:.12} within {tolerance:.1e}, off by {off:.1e}");
+    assert!(
+        off.abs() <= tolerance,
+        "{what}: got {got:.12}, wanted {wanted:.12} within {tolerance:.1e}, off by {off:.1e}"
+    );
 }
 
 /// A non-negative measure that must not exceed a bound.

@@ -4,8 +4,8 @@
 use crate::harness::*;
 use carom::math::skew::{cross_planar, skew_planar, skew_spatial};
 use carom::{
-    BodySpec, Column, Inertia, Integrator, MassProperties, Planar, Pose, Rotation, Settings, Space, Spatial, Sym3, Turn,
-    Twist, World, Wrench, vec1, vec2, vec3,
+    BodySpec, Column, Inertia, Integrator, MassProperties, Planar, Pose, Rotation, Settings, Space, Spatial,
+    Sym3, Turn, Twist, World, Wrench, vec1, vec2, vec3,
 };
 
 in_plane_and_space!(
@@ -130,7 +130,10 @@ pub fn a_force_accelerates_and_its_moment_turns<S: Dimension>() {
     add(&mut w, "ball", solid);
     let (force, arm) = (S::at(0.3, -0.2), S::at(0.5, 0.25));
     let wrench = Wrench::<S>::at(force, arm);
-    w.set_force_field("pull", Box::new(move |_: f64, _: &carom::Motion<S>, out: &mut [Wrench<S>]| out[0].add(&wrench)));
+    w.set_force_field(
+        "pull",
+        Box::new(move |_: f64, _: &carom::Motion<S>, out: &mut [Wrench<S>]| out[0].add(&wrench)),
+    );
     settle(&mut w, 1.0);
     let m = &w.bodies().motion;
     at_most((m.velocity[0] - force * 0.5).norm(), 1e-14, "item 14 v = f t/m [m/s]");
@@ -149,7 +152,12 @@ pub fn an_applied_wrench_acts_for_one_step<S: Dimension>() {
             step(&mut w);
         }
         close(speed(&w, 0), 1.0, 1e-15, &format!("one push, {integrator:?} [m/s]"));
-        close(S::rate(w.bodies().motion.angular_velocity[0]), 3.0, 1e-14, &format!("one turn, {integrator:?} [rad/s]"));
+        close(
+            S::rate(w.bodies().motion.angular_velocity[0]),
+            3.0,
+            1e-14,
+            &format!("one turn, {integrator:?} [rad/s]"),
+        );
     }
 }
 
@@ -172,12 +180,26 @@ pub fn a_particle_does_not_turn<S: Dimension>() {
 /// Exact flow of linear damping (theory eq. 1.38), whatever the step.
 pub fn damping_decays_exponentially<S: Dimension>() {
     let mut w = world::<S>(weightless(0.1));
-    add(&mut w, "ball", body_of::<S>(None, 2.0, 0.5).moving(S::at(3.0, 0.0)).spinning(S::turn(4.0)).damped(0.7, 1.3));
+    add(
+        &mut w,
+        "ball",
+        body_of::<S>(None, 2.0, 0.5).moving(S::at(3.0, 0.0)).spinning(S::turn(4.0)).damped(0.7, 1.3),
+    );
     settle(&mut w, 2.0);
     close(speed(&w, 0), 3.0 * (-1.4_f64).exp(), 1e-14, "damped speed [m/s]");
-    close(S::rate(w.bodies().motion.angular_velocity[0]), 4.0 * (-2.6_f64).exp(), 1e-14, "damped spin [rad/s]");
+    close(
+        S::rate(w.bodies().motion.angular_velocity[0]),
+        4.0 * (-2.6_f64).exp(),
+        1e-14,
+        "damped spin [rad/s]",
+    );
     let ledger = w.ledger();
-    close(ledger.damping, w.energy().total() - (0.5 * 2.0 * 9.0 + 0.5 * 0.5 * 16.0), 1e-13, "damping's line [J]");
+    close(
+        ledger.damping,
+        w.energy().total() - (0.5 * 2.0 * 9.0 + 0.5 * 0.5 * 16.0),
+        1e-13,
+        "damping's line [J]",
+    );
 }
 
 /// Damping acts on the angular momentum, so that a tumbling body keeps the direction of it (theory eq. 1.38).
@@ -213,7 +235,11 @@ fn a_pose_maps_body_points_to_the_world_and_back() {
 fn the_skew_map_gives_the_velocity_of_a_point() {
     let (w, r) = (vec3(0.3, -0.7, 1.1), vec3(0.5, 0.2, -0.4));
     let m = skew_spatial(w);
-    let product = vec3(vec3(m[0][0], m[0][1], m[0][2]).dot(r), vec3(m[1][0], m[1][1], m[1][2]).dot(r), vec3(m[2][0], m[2][1], m[2][2]).dot(r));
+    let product = vec3(
+        vec3(m[0][0], m[0][1], m[0][2]).dot(r),
+        vec3(m[1][0], m[1][1], m[1][2]).dot(r),
+        vec3(m[2][0], m[2][1], m[2][2]).dot(r),
+    );
     at_most((product - w.cross(r)).norm(), 1e-16, "item 5 in space");
     let v = Twist::<Spatial>::new(vec3(1.0, 0.0, 0.0), w).at(r);
     at_most((v - vec3(1.0, 0.0, 0.0) - product).norm(), 2e-16, "item 4 in space");
@@ -237,5 +263,10 @@ fn the_moment_about_an_axis_is_what_spinning_about_it_costs() {
     close(w.energy().rotational, 0.5 * moment * 16.0, 1e-14, "item 13 energy [J]");
     // an axis through another point: m times the squared distance between the axes
     let point = vec3(0.0, 1.0, 1.0); // the axis (1,2,-2)/3 is perpendicular to it
-    close(properties.about_axis(axis, point), moment + 2.0 * 2.0, 1e-14, "item 13 about a parallel axis [kg m^2]");
+    close(
+        properties.about_axis(axis, point),
+        moment + 2.0 * 2.0,
+        1e-14,
+        "item 13 about a parallel axis [kg m^2]",
+    );
 }

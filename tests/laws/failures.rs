@@ -3,7 +3,9 @@
 
 use crate::determinism::heap;
 use crate::harness::*;
-use carom::{BodySpec, Column, MassProperties, MassSource, Motion, Settings, SolverKind, StepError, World, Wrench};
+use carom::{
+    BodySpec, Column, MassProperties, MassSource, Motion, Settings, SolverKind, StepError, World, Wrench,
+};
 
 in_plane_and_space!(
     a_step_that_fails_leaves_the_world_as_it_was,
@@ -22,9 +24,12 @@ fn busy<S: Dimension>() -> World<S> {
     w
 }
 
+/// Makes the next step of a world fail.
+type Spoil<S> = fn(&mut World<S>);
+
 /// Whatever goes wrong, the world stays: state, time, warm starts, ledger, contacts, forces that wait.
 pub fn a_step_that_fails_leaves_the_world_as_it_was<S: Dimension>() {
-    let spoil: [(&str, fn(&mut World<S>)); 6] = [
+    let spoil: [(&str, Spoil<S>); 6] = [
         ("body4", |w| w.motion_mut().velocity[6] = S::Vector::from_fn(|_| f64::NAN)),
         ("body0", |w| w.motion_mut().position[2] = S::Vector::from_fn(|_| f64::INFINITY)),
         ("body1", |w| w.motion_mut().angular_velocity[3] = S::Spin::from_fn(|_| f64::NAN)),
@@ -91,7 +96,8 @@ pub fn an_impossible_step_length_is_refused<S: Dimension>() {
 /// Ten ways to describe a body that cannot be.
 pub fn a_body_that_cannot_be_is_refused_with_its_field<S: Dimension>() {
     let ball = || BodySpec::<S>::dense(S::ball(0.1), 1000.0);
-    let given = |inertia: S::Inertia| MassProperties { mass: 1.0, center: S::Vector::ZERO, inertia, error: 0.0 };
+    let given =
+        |inertia: S::Inertia| MassProperties { mass: 1.0, center: S::Vector::ZERO, inertia, error: 0.0 };
     let cases: Vec<(&str, &str, BodySpec<S>)> = vec![
         ("mass", "nan", BodySpec::heavy(S::ball(0.1), f64::NAN)),
         ("mass", "-2", BodySpec::heavy(S::ball(0.1), -2.0)),

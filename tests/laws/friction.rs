@@ -4,8 +4,8 @@
 
 use crate::harness::*;
 use carom::{
-    BodySpec, Column, FrictionLaw, Mixing, Planar, PlanarShape, Rotation, Settings, Space, Spatial, SpatialShape, Turn,
-    World, vec1, vec2, vec3,
+    BodySpec, Column, FrictionLaw, Mixing, Planar, PlanarShape, Rotation, Settings, Space, Spatial,
+    SpatialShape, Turn, World, vec1, vec2, vec3,
 };
 use std::f64::consts::PI;
 
@@ -45,7 +45,12 @@ pub fn a_sliding_block_stops_after_v_squared_over_two_mu_g<S: Dimension>() {
     });
     let distance = 25.0 / (2.0 * MU * G);
     // slip ends inside a step
-    close(S::along(w.bodies().motion.position[block]), distance, MU * G * dt * dt / 8.0 + 1e-9, "C14 distance [m]");
+    close(
+        S::along(w.bodies().motion.position[block]),
+        distance,
+        MU * G * dt * dt / 8.0 + 1e-9,
+        "C14 distance [m]",
+    );
     // seen at the end of the step in which it stops
     close(stopped, 5.0 / (MU * G) + 0.5 * dt, 0.5 * dt + 1e-9, "C14 time [s]");
 }
@@ -54,7 +59,8 @@ pub fn a_sliding_block_stops_after_v_squared_over_two_mu_g<S: Dimension>() {
 #[test]
 fn a_sliding_brick_goes_the_same_way_in_every_direction() {
     let dt = 1.0 / 240.0;
-    for (size, k) in [[0.4, 0.4, 0.2], [1.2, 0.2, 0.1]].into_iter().flat_map(|s| (0..16).map(move |k| (s, k))) {
+    for (size, k) in [[0.4, 0.4, 0.2], [1.2, 0.2, 0.1]].into_iter().flat_map(|s| (0..16).map(move |k| (s, k)))
+    {
         let angle = PI * f64::from(k) / 8.0;
         let mut w = world::<Spatial>(exact(dt));
         add_floor(&mut w, MU, 0.0);
@@ -81,7 +87,12 @@ fn the_box_law_stops_a_block_too_early_along_a_diagonal() {
     let block = add(&mut w, "block", block.moving(heading * 5.0).friction(MU));
     settle(&mut w, 1.2);
     let wanted = 25.0 / (2.0 * MU * G * 2.0_f64.sqrt());
-    close(w.bodies().motion.position[block].dot(heading), wanted, 1e-4, "distance along the diagonal, box law [m]");
+    close(
+        w.bodies().motion.position[block].dot(heading),
+        wanted,
+        1e-4,
+        "distance along the diagonal, box law [m]",
+    );
 }
 
 /// A block of 0.4 x 0.2 resting on a slope of `angle` that falls towards `along`.
@@ -126,7 +137,9 @@ pub fn a_sliding_ball_ends_rolling<S: Dimension>() {
         let mut w = world::<S>(exact(dt));
         add_floor(&mut w, mu, 0.0);
         let ball = add(&mut w, "ball", ball_of(k).at(S::at(0.0, 0.1)).moving(S::at(v0, 0.0)).friction(mu));
-        let floor_line = |w: &World<S>| speed(w, ball) * 0.1 - S::rate(w.bodies().motion.angular_velocity[ball]) * k * 0.01;
+        let floor_line = |w: &World<S>| {
+            speed(w, ball) * 0.1 - S::rate(w.bodies().motion.angular_velocity[ball]) * k * 0.01
+        };
         let start = floor_line(&w);
         let mut leak: f64 = 0.0;
         run(&mut w, 2.0, |w, _| leak = leak.max((floor_line(w) - start).abs() / start));
@@ -134,7 +147,12 @@ pub fn a_sliding_ball_ends_rolling<S: Dimension>() {
         close(speed(&w, ball), rolling, 1e-9, &format!("C16 rolling speed, I = {k} m r^2 [m/s]"));
         let wanted = v0 * slip_ends - 0.5 * mu * G * slip_ends * slip_ends + rolling * (2.0 - slip_ends);
         let bound = mu * G * dt * dt / 8.0 + 1e-9;
-        close(S::along(w.bodies().motion.position[ball]), wanted, bound, &format!("C16 place at 2 s, I = {k} m r^2 [m]"));
+        close(
+            S::along(w.bodies().motion.position[ball]),
+            wanted,
+            bound,
+            &format!("C16 place at 2 s, I = {k} m r^2 [m]"),
+        );
         at_most(leak, 1e-12, "C16 change of angular momentum about the floor line [1]");
     }
 }
@@ -280,7 +298,8 @@ pub fn a_wedge_moves_away_under_a_block<S: Wedge>() {
     let angle = PI / 6.0;
     let mut w = world::<S>(exact(1.0 / 240.0));
     add_floor(&mut w, 0.0, 0.0);
-    let wedge = BodySpec::heavy(S::wedge(2.0, 2.0 * angle.tan()), 3.0).with_origin_at(S::Vector::ZERO).friction(0.0);
+    let wedge =
+        BodySpec::heavy(S::wedge(2.0, 2.0 * angle.tan()), 3.0).with_origin_at(S::Vector::ZERO).friction(0.0);
     let wedge = add(&mut w, "wedge", wedge);
     let place = S::at(0.6, 1.4 * angle.tan()) + S::at(angle.sin(), angle.cos()) * 0.05;
     let block = BodySpec::heavy(S::block(0.2, 0.1), 1.0).at(place).turned(leaning::<S>(-angle)).friction(0.0);

@@ -5,8 +5,8 @@
 use crate::determinism::heap;
 use crate::harness::*;
 use carom::{
-    BodySpec, Column, FrictionLaw, ImpactLaw, Integrator, Mixing, Motion, PositionCorrection, Settings, SolverKind,
-    Space, StepReport, World, Wrench,
+    BodySpec, Column, FrictionLaw, ImpactLaw, Integrator, Mixing, Motion, PositionCorrection, Settings,
+    SolverKind, StepReport, World, Wrench,
 };
 
 in_plane_and_space!(
@@ -58,7 +58,8 @@ pub fn the_ledger_closes_for_every_integrator_and_correction<S: Dimension>() {
         for position_correction in
             [PositionCorrection::None, PositionCorrection::Nudge, PositionCorrection::SplitImpulse]
         {
-            let worst = worst_closure(Settings::<S> { integrator, position_correction, ..Settings::default() });
+            let worst =
+                worst_closure(Settings::<S> { integrator, position_correction, ..Settings::default() });
             // rounding of sums of a few hundred terms
             at_most(worst, 1e-12, &format!("closure, {integrator:?}, {position_correction:?} [1]"));
         }
@@ -69,8 +70,13 @@ pub fn the_ledger_closes_for_every_law_and_solver<S: Dimension>() {
     for impact in [ImpactLaw::Newton, ImpactLaw::Sequential] {
         for friction_law in [FrictionLaw::Disc, FrictionLaw::Box] {
             for solver in [SolverKind::Sequential, SolverKind::Pgs, SolverKind::PgsMatrix] {
-                let worst = worst_closure(Settings::<S> { impact, friction_law, solver, ..Settings::default() });
-                at_most(worst, 1e-12, &format!("closure, {impact:?}, {friction_law:?}, {} [1]", solver.name()));
+                let worst =
+                    worst_closure(Settings::<S> { impact, friction_law, solver, ..Settings::default() });
+                at_most(
+                    worst,
+                    1e-12,
+                    &format!("closure, {impact:?}, {friction_law:?}, {} [1]", solver.name()),
+                );
             }
         }
     }
@@ -118,7 +124,11 @@ pub fn friction_and_impacts_only_take_energy<S: Dimension>() {
         run(&mut w, 3.0, |_, r| check(r));
         let l = *w.ledger();
         assert!(l.friction < 0.0 && l.impact_normal < 0.0 && l.rest_cut <= 0.0 && l.damping < 0.0);
-        at_most(l.projection.abs() / whole, 1e-2, &format!("position correction's share of the energy, {impact:?} [1]"));
+        at_most(
+            l.projection.abs() / whole,
+            1e-2,
+            &format!("position correction's share of the energy, {impact:?} [1]"),
+        );
     }
 }
 
@@ -138,22 +148,32 @@ pub fn persistent_contacts_do_no_normal_work_on_flat_ground<S: Dimension>() {
 /// Item 24's trap: bodies of unlike restitution and friction in one heap of impacts.
 pub fn impacts_with_unlike_restitution_do_not_make_energy<S: Dimension>() {
     for impact in [ImpactLaw::Newton, ImpactLaw::Sequential] {
-        let settings = Settings { impact, restitution_mixing: Mixing::Max, friction_mixing: Mixing::Max, ..exact(2e-3) };
+        let settings =
+            Settings { impact, restitution_mixing: Mixing::Max, friction_mixing: Mixing::Max, ..exact(2e-3) };
         let mut w = world::<S>(Settings { gravity: S::Vector::ZERO, ..settings });
         let mut dice = Dice(99);
         for k in 0..25 {
             let place = S::at(0.25 * f64::from(k % 5), 0.25 * f64::from(k / 5));
             let shape = if k % 2 == 0 { S::block(0.2, 0.14) } else { S::ball(0.1) };
-            let spec = BodySpec::heavy(shape, dice.between(0.1, 5.0)).at(place).turned(leaning::<S>(dice.between(-1.0, 1.0)));
+            let spec = BodySpec::heavy(shape, dice.between(0.1, 5.0))
+                .at(place)
+                .turned(leaning::<S>(dice.between(-1.0, 1.0)));
             // towards the middle
-            let spec = spec.moving((S::at(0.5, 0.5) - place) * 3.0).spinning(S::turn(dice.between(-9.0, 9.0)));
+            let spec =
+                spec.moving((S::at(0.5, 0.5) - place) * 3.0).spinning(S::turn(dice.between(-9.0, 9.0)));
             add(&mut w, &format!("body{k}"), spec.friction(dice.between(0.0, 1.0)).restitution(dice.roll()));
         }
         let whole = w.energy().total();
         let mut last = whole;
         run(&mut w, 1.0, |_, r| {
             let now = r.energy.total();
-            assert!(now <= last + 1e-9 * whole, "energy rose by {} J at t = {}, {impact:?}", now - last, r.time);
+            // turning a body out of an overlap changes its energy at constant momentum: another line
+            let rise = now - last - r.ledger.projection - r.ledger.integrator;
+            // stick on a contact that turns holds at the step's end, not on its mean: theory 6.5
+            assert!(rise <= 1e-6 * whole, "energy rose by {rise} J at t = {}, {impact:?}", r.time);
+            let l = r.ledger;
+            let impacts = l.impact_normal + l.impact_friction + l.rest_cut;
+            assert!(impacts <= 1e-9 * whole, "impacts gave {impacts} J at t = {}, {impact:?}", r.time);
             last = now;
         });
         assert!(last < 0.9 * whole, "they collided");
@@ -198,10 +218,13 @@ fn leaks<S: Dimension>(w: &mut World<S>, time: f64) -> (f64, f64) {
 /// Per step, for every integrator that keeps L, every impact law, exact solves or not.
 pub fn an_isolated_system_keeps_its_momenta<S: Dimension>() {
     for integrator in Integrator::ALL {
-        for (impact, iterations) in [(ImpactLaw::Newton, 100), (ImpactLaw::Newton, 2), (ImpactLaw::Sequential, 100)] {
+        for (impact, iterations) in
+            [(ImpactLaw::Newton, 100), (ImpactLaw::Newton, 2), (ImpactLaw::Sequential, 100)]
+        {
             let position_correction = PositionCorrection::None;
             let dt = 1.0 / 240.0;
-            let settings = Settings { dt, integrator, impact, iterations, position_correction, ..Settings::default() };
+            let settings =
+                Settings { dt, integrator, impact, iterations, position_correction, ..Settings::default() };
             let mut w = brawl::<S>(settings, 16);
             let (of_p, of_l) = leaks(&mut w, 1.0);
             let what = format!("{integrator:?}, {impact:?}, {iterations} sweeps [1]");
@@ -226,7 +249,8 @@ pub fn an_isolated_system_keeps_its_momentum_while_overlaps_are_corrected<S: Dim
         at_most(of_p, 1e-14, &format!("C31 P lost in a step, {position_correction:?} [1]"));
         let centre = |w: &World<S>| {
             let b = w.bodies();
-            (0..b.len()).fold(S::Vector::ZERO, |sum, i| sum + b.motion.position[i] * b.data[i].mass_properties.mass)
+            (0..b.len())
+                .fold(S::Vector::ZERO, |sum, i| sum + b.motion.position[i] * b.data[i].mass_properties.mass)
         };
         let (before, time) = (centre(&w), w.time());
         settle(&mut w, 1.0);
@@ -238,7 +262,8 @@ pub fn an_isolated_system_keeps_its_momentum_while_overlaps_are_corrected<S: Dim
 /// Case C31: 100 bodies, friction and contacts, no gravity, 10,000 steps. They are short, so that the bodies stay
 /// near: each sum x + h v is rounded at the size of x, and that, not the collisions, is what L would show.
 pub fn ten_thousand_steps_of_collisions_leave_the_momenta<S: Dimension>() {
-    let settings = Settings { position_correction: PositionCorrection::None, dt: 2e-4, ..Settings::default() };
+    let settings =
+        Settings { position_correction: PositionCorrection::None, dt: 2e-4, ..Settings::default() };
     let mut w = brawl::<S>(settings, 100);
     let bodies = w.bodies();
     let (mut p, mut l) = (0.0, 0.0);
@@ -283,7 +308,12 @@ pub fn a_split_impulse_leaves_no_velocity_behind<S: Dimension>() {
     }
     assert_eq!(w.energy().kinetic(), 0.0);
     let m = &w.bodies().motion;
-    close(S::along(m.position[0]) + 3.0 * S::along(m.position[1]), 3.0 * 0.16, 1e-14, "item 26 centre of mass [kg m]");
+    close(
+        S::along(m.position[0]) + 3.0 * S::along(m.position[1]),
+        3.0 * 0.16,
+        1e-14,
+        "item 26 centre of mass [kg m]",
+    );
 }
 
 /// Item 26 and theory eq. 4.18: the notes' nudge.
@@ -294,7 +324,12 @@ pub fn a_nudge_halves_an_overlap_each_time<S: Dimension>() {
         close(depth(&w), 0.04 * 0.5_f64.powi(k), 1e-14, "item 26 overlap after k nudges [m]");
     }
     let m = &w.bodies().motion;
-    close(S::along(m.position[0]) + 3.0 * S::along(m.position[1]), 3.0 * 0.16, 1e-14, "item 26 centre of mass [kg m]");
+    close(
+        S::along(m.position[0]) + 3.0 * S::along(m.position[1]),
+        3.0 * 0.16,
+        1e-14,
+        "item 26 centre of mass [kg m]",
+    );
 }
 
 /// A belt accelerates a block: it pays the kinetic energy and the heat, 1/2 m v^2 each.
@@ -312,20 +347,31 @@ pub fn the_driven_line_is_the_work_of_the_belt<S: Dimension>() {
 pub fn a_spring_field_has_its_work_on_the_applied_line<S: Dimension>() {
     let stiffness = 25.0;
     for (integrator, tolerance) in [
-        (Integrator::Trapezoid, 1e-12),       // leapfrog's work is summed as it is done: closure
+        (Integrator::Trapezoid, 1e-12), // leapfrog's work is summed as it is done: closure
         (Integrator::ImplicitMidpoint, 1e-12),
         (Integrator::Rk4, 1e-12),
     ] {
         let mut w = world::<S>(Settings { integrator, ..weightless(0.01) });
         add(&mut w, "bob", body_of::<S>(None, 1.0, 1.0).at(S::at(1.0, 0.0)));
-        let spring = move |_: f64, m: &Motion<S>, out: &mut [Wrench<S>]| out[0].force += m.position[0] * -stiffness;
+        let spring =
+            move |_: f64, m: &Motion<S>, out: &mut [Wrench<S>]| out[0].force += m.position[0] * -stiffness;
         w.set_force_field("spring", Box::new(spring));
         settle(&mut w, 1.0);
         let (l, kinetic) = (*w.ledger(), w.energy().kinetic());
-        close(l.applied + l.integrator, kinetic, tolerance, &format!("energy from the spring, {integrator:?} [J]"));
+        close(
+            l.applied + l.integrator,
+            kinetic,
+            tolerance,
+            &format!("energy from the spring, {integrator:?} [J]"),
+        );
         // and the motion is the cosine, to order 2 or 4 in h w = .05
         let wanted = (stiffness.sqrt() * w.time()).cos();
         let order = if integrator == Integrator::Rk4 { 4 } else { 2 };
-        close(S::along(w.bodies().motion.position[0]), wanted, 5.0 * 0.05_f64.powi(order), "place of the bob [m]");
+        close(
+            S::along(w.bodies().motion.position[0]),
+            wanted,
+            5.0 * 0.05_f64.powi(order),
+            "place of the bob [m]",
+        );
     }
 }

@@ -2,12 +2,12 @@
 //! do not solve exactly; bounds are what the scheme promises without convergence.
 
 use crate::harness::*;
-use carom::{BodySpec, Column, Inertia, Rotation, Settings, Space, World};
+use carom::{BodySpec, Column, Inertia, Rotation, Settings, World};
 
 in_plane_and_space!(
     deep_overlap_is_resolved_without_throwing_bodies_about,
     a_pyramid_comes_to_rest_and_stays,
-    a_heavy_block_on_light_ones_does_not_sink,
+    a_heavy_block_on_light_ones_sags_and_recovers,
     a_box_dropped_on_its_edge_loses_energy_and_comes_to_rest,
     a_block_that_slides_over_an_edge_is_not_kicked,
     a_fast_ball_does_not_pass_a_thin_wall,
@@ -46,27 +46,37 @@ pub fn a_pyramid_comes_to_rest_and_stays<S: Dimension>() {
     for row in 0..6 {
         for k in 0..6 - row {
             let place = S::at(0.22 * (f64::from(k) - 0.5 * f64::from(5 - row)), 0.1 + 0.2 * f64::from(row));
-            add(&mut w, &format!("block {row} {k}"), BodySpec::dense(S::block(0.2, 0.2), 500.0).at(place).friction(0.6));
+            add(
+                &mut w,
+                &format!("block {row} {k}"),
+                BodySpec::dense(S::block(0.2, 0.2), 500.0).at(place).friction(0.6),
+            );
         }
     }
     let start = w.bodies().motion.position.clone();
     settle(&mut w, 5.0);
-    let moved = w.bodies().motion.position.iter().zip(&start).map(|(x, y)| (*x - *y).norm()).fold(0.0, f64::max);
+    let moved =
+        w.bodies().motion.position.iter().zip(&start).map(|(x, y)| (*x - *y).norm()).fold(0.0, f64::max);
     at_most(moved, 1e-4, "displacement of a pyramid in 5 s [m]");
     at_most(w.energy().kinetic() / w.energy().potential, 1e-9, "kinetic energy of a pyramid at rest [1]");
 }
 
-/// 1000:1 in mass on top of two light blocks, which the default solver does not solve to the end.
-pub fn a_heavy_block_on_light_ones_does_not_sink<S: Dimension>() {
-    let mut w = world::<S>(Settings::default());
-    add_floor(&mut w, 0.5, 0.0);
-    for (k, mass) in [1.0, 1.0, 1000.0].into_iter().enumerate() {
-        add(&mut w, &format!("block {k}"), BodySpec::heavy(S::block(0.2, 0.2), mass).at(S::at(0.0, 0.1 + 0.2 * k as f64)));
+/// A heavy block on top of two light ones, which the solver does not solve to the end: it sags while the warm start
+/// gathers the forces, comes to rest, and is lifted back.
+pub fn a_heavy_block_on_light_ones_sags_and_recovers<S: Dimension>() {
+    for (ratio, iterations) in [(100.0, 100), (1000.0, 1000)] {
+        let mut w = world::<S>(Settings { iterations, ..Settings::default() });
+        add_floor(&mut w, 0.5, 0.0);
+        for (k, mass) in [1.0, 1.0, ratio].into_iter().enumerate() {
+            let block = BodySpec::heavy(S::block(0.2, 0.2), mass).at(S::at(0.0, 0.1 + 0.2 * k as f64));
+            add(&mut w, &format!("block {k}"), block);
+        }
+        let mut worst: f64 = 0.0;
+        run(&mut w, 10.0, |w, _| worst = worst.max(overlap(w)));
+        // the sweeps bring the whole force within about five steps: half of g (5 h)^2 is 2 mm
+        at_most(worst, 2e-3, &format!("overlap under a block of {ratio}:1, {iterations} sweeps [m]"));
+        close(height(&w, 3), 0.5, 2e-3, &format!("height of the block of {ratio}:1 after 10 s [m]"));
     }
-    let mut worst: f64 = 0.0;
-    run(&mut w, 5.0, |w, _| worst = worst.max(overlap(w)));
-    at_most(worst, 2e-3, "overlap under a heavy block [m]");
-    close(height(&w, 3), 0.5, 5e-3, "height of the heavy block after 5 s [m]");
 }
 
 /// Rocking: every landing takes energy, none gives any, and it ends flat.
@@ -81,7 +91,8 @@ pub fn a_box_dropped_on_its_edge_loses_energy_and_comes_to_rest<S: Dimension>() 
         rise = rise.max(r.energy.total() - last - r.ledger.projection);
         last = r.energy.total();
     });
-    at_most(rise / start, 1e-6, "gain of energy in a step, position correction apart [1]");
+    // while the box pivots on a corner, stick holds at the end of the step and not on its mean: theory 6.5
+    at_most(rise / start, 1e-5, "gain of energy in a step, position correction apart [1]");
     at_most(w.ledger().projection / start, 1e-3, "energy given by position correction [1]");
     at_most(w.energy().kinetic() / start, 1e-12, "kinetic energy at the end [1]");
     close(height(&w, block), 0.1, 2e-5, "height at the end [m]");
@@ -91,7 +102,8 @@ pub fn a_box_dropped_on_its_edge_loses_energy_and_comes_to_rest<S: Dimension>() 
 pub fn a_block_that_slides_over_an_edge_is_not_kicked<S: Dimension>() {
     let mut w = world::<S>(Settings::default());
     add(&mut w, "table", BodySpec::fixed(S::block(2.0, 1.0)).at(S::at(-1.0, -0.5)).friction(0.2));
-    let block = BodySpec::heavy(S::block(0.4, 0.2), 1.0).at(S::at(-0.6, 0.1)).moving(S::at(2.0, 0.0)).friction(0.2);
+    let block =
+        BodySpec::heavy(S::block(0.4, 0.2), 1.0).at(S::at(-0.6, 0.1)).moving(S::at(2.0, 0.0)).friction(0.2);
     let block = add(&mut w, "block", block);
     let (mut highest, mut last, mut rise) = (0.0_f64, w.energy().total(), 0.0_f64);
     run(&mut w, 1.0, |w, r| {
@@ -111,7 +123,8 @@ pub fn a_fast_ball_does_not_pass_a_thin_wall<S: Dimension>() {
             let mut w = world::<S>(Settings { gravity: S::Vector::ZERO, ..Settings::default() });
             add(&mut w, "wall", BodySpec::fixed(S::block(0.02, 2.0)).friction(0.0));
             let place = S::at(-1.0 - 0.0156 * f64::from(offset), 0.1);
-            let ball = BodySpec::dense(S::ball(0.05), 1000.0).at(place).moving(S::at(30.0, 0.0)).friction(0.0);
+            let ball =
+                BodySpec::dense(S::ball(0.05), 1000.0).at(place).moving(S::at(30.0, 0.0)).friction(0.0);
             let ball = add(&mut w, "ball", ball.restitution(restitution));
             settle(&mut w, 0.1);
             let x = S::along(w.bodies().motion.position[ball]);
@@ -134,12 +147,17 @@ pub fn a_resting_heap_does_not_jitter<S: Dimension>() {
     for k in 0..10 {
         let place = S::at(0.1 * f64::from(k % 3) - 0.1, 0.2 + 0.25 * f64::from(k));
         let turn = S::Rotation::about(S::Spin::from_fn(|i| 0.3 * (k + i as i32) as f64));
-        add(&mut w, &format!("block {k}"), BodySpec::dense(S::block(0.2, 0.15), 1000.0).at(place).turned(turn));
+        add(
+            &mut w,
+            &format!("block {k}"),
+            BodySpec::dense(S::block(0.2, 0.15), 1000.0).at(place).turned(turn),
+        );
     }
     settle(&mut w, 6.0);
     let start = w.bodies().motion.position.clone();
     settle(&mut w, 2.0);
-    let moved = w.bodies().motion.position.iter().zip(&start).map(|(x, y)| (*x - *y).norm()).fold(0.0, f64::max);
+    let moved =
+        w.bodies().motion.position.iter().zip(&start).map(|(x, y)| (*x - *y).norm()).fold(0.0, f64::max);
     at_most(moved, 1e-4, "displacement of a heap at rest in 2 s [m]");
     at_most(overlap(&w), 1e-4, "overlap in a heap at rest [m]");
     assert!(w.bodies().data.iter().all(|d| d.inverse_inertia.is_finite()));

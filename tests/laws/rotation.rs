@@ -3,14 +3,15 @@
 
 use crate::harness::*;
 use carom::{
-    BodySpec, Column, Inertia, Integrator, MassProperties, Planar, Quaternion, Rotation, Spatial, Sym3, Vec3, World,
-    vec1, vec3,
+    BodySpec, Column, Inertia, Integrator, MassProperties, Planar, Quaternion, Rotation, Spatial, Sym3, Vec3,
+    World, vec1, vec3,
 };
 
 /// A body without shape that floats and turns.
 fn top(moments: [f64; 3], spin: Vec3) -> BodySpec<Spatial> {
     let inertia = Sym3::diag(moments[0], moments[1], moments[2]);
-    BodySpec::given(None, MassProperties { mass: 1.0, center: vec3(0.0, 0.0, 0.0), inertia, error: 0.0 }).spinning(spin)
+    BodySpec::given(None, MassProperties { mass: 1.0, center: vec3(0.0, 0.0, 0.0), inertia, error: 0.0 })
+        .spinning(spin)
 }
 
 fn floating(spec: BodySpec<Spatial>, integrator: Integrator, dt: f64) -> World<Spatial> {
@@ -35,7 +36,8 @@ const TUMBLING: ([f64; 3], Vec3) = ([1.0, 2.0, 3.0], vec3(0.1, 1.0, 0.1));
 /// own error is near 1e-12: it differs by 2e-12 from that with twice the step).
 fn attitude_errors(integrator: Integrator, spin: Vec3, time: f64) -> [f64; 3] {
     let reference = attitude(TUMBLING.0, spin, Integrator::Rk4, 1.25e-3, time);
-    [0.02, 0.01, 0.005].map(|h| angle_between::<Spatial>(&attitude(TUMBLING.0, spin, integrator, h, time), &reference))
+    [0.02, 0.01, 0.005]
+        .map(|h| angle_between::<Spatial>(&attitude(TUMBLING.0, spin, integrator, h, time), &reference))
 }
 
 /// Attitude of the free symmetric top I = (a, a, c): R = exp(t L/a) R0 exp(t (1/c - 1/a) L3 e3) with R0 = 1
@@ -76,7 +78,12 @@ fn the_other_integrators_approach_the_symmetric_top_at_their_order() {
         (Integrator::ImplicitMidpoint, 2.0),
         (Integrator::Rk4, 4.0),
     ] {
-        let error = |h| angle_between::<Spatial>(&attitude([a, a, c], spin, integrator, h, 2.0), &symmetric_top(a, c, spin, 2.0));
+        let error = |h| {
+            angle_between::<Spatial>(
+                &attitude([a, a, c], spin, integrator, h, 2.0),
+                &symmetric_top(a, c, spin, 2.0),
+            )
+        };
         let measured = (error(4e-3) / error(2e-3)).log2();
         close(measured, order, 0.1, &format!("C1 order of {integrator:?}"));
     }
@@ -149,7 +156,10 @@ fn each_integrator_keeps_what_the_theory_says_it_keeps() {
         at_most(of_momentum, momentum, &format!("drift of L of {integrator:?} over 500 s"));
     }
     let (of_energy, _) = drift(Integrator::ExplicitEuler);
-    assert!(of_energy > 0.05, "the notes' Euler step is not conservative, and yet it kept energy to {of_energy}");
+    assert!(
+        of_energy > 0.05,
+        "the notes' Euler step is not conservative, and yet it kept energy to {of_energy}"
+    );
 }
 
 /// Case C3, items 1 and 2: the stored numbers stay a rotation, in the plane and in space.

@@ -3,7 +3,7 @@
 //! solver's tolerance leaves, amplified by the motion.
 
 use crate::harness::*;
-use carom::{BodySpec, Column, ImpactLaw, Integrator, Planar, Settings, Spatial, World};
+use carom::{BodySpec, ImpactLaw, Integrator, Planar, Settings, Spatial, World};
 
 /// Place, height, turning rate of every body.
 fn picture<S: Dimension>(w: &World<S>) -> Vec<[f64; 3]> {
@@ -12,8 +12,11 @@ fn picture<S: Dimension>(w: &World<S>) -> Vec<[f64; 3]> {
     (0..w.bodies().len()).map(one).collect()
 }
 
+/// The same scene in the plane and in space.
+type Twins = (fn() -> World<Planar>, fn() -> World<Spatial>);
+
 /// Largest difference of the two pictures while a scene runs in both spaces.
-fn difference(build: (fn() -> World<Planar>, fn() -> World<Spatial>), time: f64) -> f64 {
+fn difference(build: Twins, time: f64) -> f64 {
     let (mut plane, mut space) = (build.0(), build.1());
     let steps = (time / plane.settings().dt).round() as usize;
     let mut worst: f64 = 0.0;
@@ -60,7 +63,8 @@ fn falling_balls<S: Dimension>() -> World<S> {
     }
     for k in 0..5 {
         let place = S::at(0.03 * f64::from(k % 3) - 0.03, 0.15 + 0.25 * f64::from(k));
-        let ball = body_of::<S>(Some(S::ball(0.1)), 1.0 + f64::from(k), 0.005 * (1.0 + f64::from(k))).at(place);
+        let ball =
+            body_of::<S>(Some(S::ball(0.1)), 1.0 + f64::from(k), 0.005 * (1.0 + f64::from(k))).at(place);
         add(&mut w, &format!("ball {k}"), ball.friction(0.4).restitution(0.3));
     }
     w
@@ -68,7 +72,8 @@ fn falling_balls<S: Dimension>() -> World<S> {
 
 #[test]
 fn a_ball_moves_in_space_as_a_disc_moves_in_the_plane() {
-    let worst = difference((|| bouncing_ball(Integrator::Trapezoid), || bouncing_ball(Integrator::Trapezoid)), 3.0);
+    let worst =
+        difference((|| bouncing_ball(Integrator::Trapezoid), || bouncing_ball(Integrator::Trapezoid)), 3.0);
     at_most(worst, 1e-9, "ball against disc over 3 s, trapezoid");
     let worst = difference((|| bouncing_ball(Integrator::Rk4), || bouncing_ball(Integrator::Rk4)), 3.0);
     at_most(worst, 1e-9, "ball against disc over 3 s, rk4");

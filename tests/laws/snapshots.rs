@@ -61,7 +61,10 @@ pub fn a_snapshot_keeps_forces_that_wait_for_the_next_step<S: Dimension>() {
 /// Force fields are code: their names come back, to be set again.
 pub fn a_snapshot_names_the_force_fields_that_it_cannot_hold<S: Dimension>() {
     let mut w = heap::<S>(Settings::default());
-    w.set_force_field("wind", Box::new(|_: f64, _: &carom::Motion<S>, out: &mut [Wrench<S>]| out[2].force += S::at(1.0, 0.0)));
+    w.set_force_field(
+        "wind",
+        Box::new(|_: f64, _: &carom::Motion<S>, out: &mut [Wrench<S>]| out[2].force += S::at(1.0, 0.0)),
+    );
     let (_, missing) = World::<S>::from_snapshot(&w.snapshot()).expect("a snapshot");
     assert_eq!(missing, ["wind"]);
 }

@@ -3,8 +3,8 @@
 
 use crate::harness::*;
 use carom::{
-    BodySpec, Column, MassProperties, Planar, PlanarShape, Settings, SolverKind, Space, Spatial, SpatialShape, Sym3, World, vec2,
-    vec3,
+    BodySpec, Column, MassProperties, Planar, PlanarShape, Settings, SolverKind, Space, Spatial,
+    SpatialShape, Sym3, World, vec2, vec3,
 };
 use std::f64::consts::FRAC_PI_4;
 
@@ -22,7 +22,8 @@ fn stack<S: Dimension>(settings: Settings<S>, ratio: f64, friction: f64) -> Worl
     add_floor(&mut w, friction, 0.0);
     for k in 0..10 {
         let mass = if k == 9 { ratio } else { 1.0 };
-        let block = BodySpec::heavy(S::block(1.0, 1.0), mass).at(S::at(0.0, 0.5 + f64::from(k))).friction(friction);
+        let block =
+            BodySpec::heavy(S::block(1.0, 1.0), mass).at(S::at(0.0, 0.5 + f64::from(k))).friction(friction);
         add(&mut w, &format!("block{k}"), block);
     }
     w
@@ -31,7 +32,7 @@ fn stack<S: Dimension>(settings: Settings<S>, ratio: f64, friction: f64) -> Worl
 /// Largest relative error of the forces between neighbours of a stack of ten with this mass on top.
 fn worst_interface<S: Dimension>(w: &World<S>, ratio: f64) -> f64 {
     (0..10).fold(0.0, |worst: f64, k| {
-        let weight = G * (f64::from(9 - k as i32) + ratio);
+        let weight = G * (f64::from(9 - k) + ratio);
         worst.max((normal_force(w, k as usize, k as usize + 1) - weight).abs() / weight)
     })
 }
@@ -46,16 +47,21 @@ pub fn each_interface_of_a_stack_carries_the_weight_above_it<S: Dimension>() {
     at_most(worst_interface(&w, 1.0), 1e-10, "C24 worst interface of pgs [1]");
 }
 
-/// Case C24 with mass ratios 1:1e3 and 1:1e6 in the plane: pivoting and factorisation do not mind.
+/// Case C24 with mass ratios 1:1e3 and 1:1e6 in the plane: pivoting and factorisation do not mind. From rest the forces
+/// are those of statics; two steps later they also hold what rounding has moved, amplified by the mass ratio.
 #[test]
 fn each_interface_of_a_stack_with_a_heavy_top_carries_the_weight_above_it() {
     for solver in [SolverKind::Lemke, SolverKind::Direct] {
         for ratio in [1.0, 1e3, 1e6] {
-            let mut w = stack::<Planar>(Settings { solver, tolerance: 1e-9, ..exact(1.0 / 60.0) }, ratio, 0.0);
-            for _ in 0..3 {
-                step(&mut w);
-            }
-            at_most(worst_interface(&w, ratio), 1e-10, &format!("C24 worst interface of {}, 1:{ratio:e} [1]", solver.name()));
+            let mut w =
+                stack::<Planar>(Settings { solver, tolerance: 1e-9, ..exact(1.0 / 60.0) }, ratio, 0.0);
+            let what =
+                |when: &str| format!("C24 worst interface of {}, 1:{ratio:e}, {when} [1]", solver.name());
+            step(&mut w);
+            at_most(worst_interface(&w, ratio), 1e-10, &what("from rest"));
+            step(&mut w);
+            step(&mut w);
+            at_most(worst_interface(&w, ratio), 1e-10_f64.max(1e-15 * ratio), &what("third step"));
         }
     }
 }
@@ -81,7 +87,12 @@ fn the_legs_of_a_table_carry_its_weight_and_its_moments() {
     for solver in [SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Lemke] {
         let mut w = world::<Spatial>(Settings { solver, tolerance: 1e-13, ..exact(1.0 / 60.0) });
         add_floor(&mut w, 0.0, 0.0);
-        let load = MassProperties { mass: 1.0, center: vec3(0.3, 0.1, 0.0), inertia: Sym3::diag(0.5, 0.5, 0.8), error: 0.0 };
+        let load = MassProperties {
+            mass: 1.0,
+            center: vec3(0.3, 0.1, 0.0),
+            inertia: Sym3::diag(0.5, 0.5, 0.8),
+            error: 0.0,
+        };
         let table = BodySpec::given(Some(SpatialShape::Box { size: [2.0, 2.0, 0.2] }), load);
         add(&mut w, "table", table.with_origin_at(vec3(0.0, 0.0, 0.1)).friction(0.0));
         step(&mut w);
@@ -94,7 +105,11 @@ fn the_legs_of_a_table_carry_its_weight_and_its_moments() {
             moment += arm.cross(f);
         }
         assert_eq!(problem.contacts.len(), 4, "a box on a plane has four contacts");
-        at_most((force - vec3(0.0, 0.0, G)).norm() / G, 1e-11, &format!("C25 force of {} [1]", solver.name()));
+        at_most(
+            (force - vec3(0.0, 0.0, G)).norm() / G,
+            1e-11,
+            &format!("C25 force of {} [1]", solver.name()),
+        );
         at_most(moment.norm() / G, 1e-11, &format!("C25 moment of {} over the weight [m]", solver.name()));
     }
 }
@@ -130,7 +145,7 @@ fn an_a_frame_of_cards_stands_iff_friction_exceeds_half_the_tangent() {
             let top = vec2(side * radius, radius + length * lean.cos());
             let middle = top + vec2(side * 0.5 * length * lean.sin(), -0.5 * length * lean.cos());
             let card = BodySpec::heavy(PlanarShape::Capsule { length, radius }, 0.01).at(middle).friction(mu);
-            let turn = leaning::<Planar>(side * (std::f64::consts::FRAC_PI_2 - lean) * -1.0);
+            let turn = leaning::<Planar>(-(side * (std::f64::consts::FRAC_PI_2 - lean)));
             add(&mut w, if side < 0.0 { "left" } else { "right" }, card.turned(turn));
         }
         let start = height(&w, 1);
@@ -154,7 +169,8 @@ pub fn four_bricks_overhang_to_just_under_their_limit<S: Dimension>() {
         for k in 0..4 {
             // from the bottom: the brick with 4 - k bricks on and above it reaches out by L/(2 (4 - k))
             place += share * 0.5 / f64::from(4 - k);
-            let brick = BodySpec::heavy(S::block(1.0, 0.25), 1.0).at(S::at(place, 0.125 + 0.25 * f64::from(k)));
+            let brick =
+                BodySpec::heavy(S::block(1.0, 0.25), 1.0).at(S::at(place, 0.125 + 0.25 * f64::from(k)));
             add(&mut w, &format!("brick{k}"), brick.friction(0.8));
         }
         close(place + 0.5, share * 25.0 / 24.0, 1e-12, "C28 overhang [L]");
@@ -164,7 +180,10 @@ pub fn four_bricks_overhang_to_just_under_their_limit<S: Dimension>() {
         if stands {
             at_most(sunk.abs(), 1e-6, "C28 sinking of the top brick, 2 s [m]");
         } else {
-            assert!(sunk > 0.02, "C28: an overhang of 1.01 of the limit falls, yet the top brick sank only {sunk} m");
+            assert!(
+                sunk > 0.02,
+                "C28: an overhang of 1.01 of the limit falls, yet the top brick sank only {sunk} m"
+            );
         }
     }
 }
@@ -177,7 +196,9 @@ pub fn a_box_on_a_slope_tips_when_the_slope_exceeds_its_width_over_its_height<S:
         let mut w = world::<S>(exact(1.0 / 240.0));
         let normal = S::at(angle.sin(), angle.cos());
         add(&mut w, "slope", BodySpec::fixed(S::wall(normal)).friction(2.0));
-        let body = BodySpec::heavy(S::block(width, tall), 3.0).at(normal * (0.5 * tall)).turned(leaning::<S>(-angle));
+        let body = BodySpec::heavy(S::block(width, tall), 3.0)
+            .at(normal * (0.5 * tall))
+            .turned(leaning::<S>(-angle));
         let body = add(&mut w, "box", body.friction(2.0));
         let start = w.bodies().motion.rotation[body];
         settle(&mut w, 1.5);

@@ -142,7 +142,8 @@ pub fn separating_neighbours_do_not_make_energy<S: Dimension>() {
 pub fn two_particles_exchange_by_their_masses<S: Dimension>() {
     let (ma, mb, restitution) = (2.0, 5.0, 0.4);
     let mut w = world::<S>(weightless(1e-3));
-    let particle = |mass: f64| BodySpec::particle(Some(S::ball(0.1)), mass).friction(0.7).restitution(restitution);
+    let particle =
+        |mass: f64| BodySpec::particle(Some(S::ball(0.1)), mass).friction(0.7).restitution(restitution);
     add(&mut w, "a", particle(ma).moving(S::at(3.0, 0.0)));
     add(&mut w, "b", particle(mb).at(S::at(0.2, 0.0)).moving(S::at(-1.0, 0.0)));
     step(&mut w);
@@ -156,8 +157,16 @@ pub fn the_simultaneous_law_loses_what_its_formula_says<S: Dimension>() {
     for restitution in [0.0, 0.3, 0.8] {
         let mut w = world::<S>(Settings { restitution_mixing: carom::Mixing::Min, ..weightless(1e-3) });
         // a block that lands flat on two blocks and a ball: coupled contacts, rotation included
-        let body = |shape: S::Shape, mass: f64| BodySpec::heavy(shape, mass).friction(0.0).restitution(restitution);
-        add(&mut w, "plank", body(S::block(1.0, 0.1), 3.0).at(S::at(0.0, 0.05)).moving(S::at(0.0, -2.0)).spinning(S::turn(0.3)));
+        let body =
+            |shape: S::Shape, mass: f64| BodySpec::heavy(shape, mass).friction(0.0).restitution(restitution);
+        add(
+            &mut w,
+            "plank",
+            body(S::block(1.0, 0.1), 3.0)
+                .at(S::at(0.0, 0.05))
+                .moving(S::at(0.0, -2.0))
+                .spinning(S::turn(0.3)),
+        );
         add(&mut w, "left", body(S::block(0.2, 0.2), 1.0).at(S::at(-0.35, -0.1)));
         add(&mut w, "right", body(S::ball(0.1), 2.0).at(S::at(0.3, -0.1)));
         let energy = w.energy().total();
@@ -249,16 +258,22 @@ fn three_inelastic_balls_collapse_below_the_critical_restitution() {
         let v = speeds(&w);
         (report.impact_solve.expect("they meet").iterations, v[1] - v[0], v[2] - v[1])
     };
-    let starts = (0..200).map(|k| [1.0, -1.0 + 0.01 * f64::from(k), -1.0]).filter(|v| v[0] > v[1] || v[1] > v[2]);
+    let starts =
+        (0..200).map(|k| [1.0, -1.0 + 0.01 * f64::from(k), -1.0]).filter(|v| v[0] > v[1] || v[1] > v[2]);
     let (mut most, mut trapped) = (0, 0);
     for start in starts {
         let (count, left, right) = collisions(critical + 0.02, start);
         most = most.max(count);
-        assert!(left > 1e-6 && right > 1e-6, "above the critical e they part: {left:e}, {right:e} from {start:?}");
+        assert!(
+            left > 1e-6 && right > 1e-6,
+            "above the critical e they part: {left:e}, {right:e} from {start:?}"
+        );
         let (_, left, right) = collisions(critical - 0.02, start);
         trapped += usize::from(left.abs() < 1e-9 && right.abs() < 1e-9);
     }
-    println!("measured: C13 most collisions above the critical e: {most}; trapped below it: {trapped} of 200");
+    println!(
+        "measured: C13 most collisions above the critical e: {most}; trapped below it: {trapped} of 200"
+    );
     assert!(most < 60, "above the critical e there were {most} collisions");
     assert!(trapped > 0, "below the critical e some never part");
 }

@@ -98,7 +98,10 @@ impl Sym3 {
     }
     /// R S R^T for a rotation matrix R given row by row.
     pub fn conjugated(&self, r: &[[f64; 3]; 3]) -> Self {
-        if self.off == [0.0; 3] && self.diagonal[0] == self.diagonal[1] && self.diagonal[1] == self.diagonal[2] {
+        if self.off == [0.0; 3]
+            && self.diagonal[0] == self.diagonal[1]
+            && self.diagonal[1] == self.diagonal[2]
+        {
             return *self; // a multiple of the identity stays exactly itself
         }
         let s = self.rows();
@@ -146,7 +149,11 @@ fn jacobi_rotation(a: &mut [[f64; 3]; 3], v: &mut [[f64; 3]; 3], p: usize, q: us
         return;
     }
     let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-    let t = if theta.abs() > 1e150 { 0.5 / theta } else { theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt()) };
+    let t = if theta.abs() > 1e150 {
+        0.5 / theta
+    } else {
+        theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt())
+    };
     let c = 1.0 / (t * t + 1.0).sqrt();
     let s = t * c;
     for row in a.iter_mut() {
@@ -211,7 +218,9 @@ impl Inertia<Vec3> for Sym3 {
         }
         let ([small, middle, large], _) = self.eigen();
         if small <= 0.0 {
-            return Some(format!("principal moments must be > 0, got {small:.6e}, {middle:.6e}, {large:.6e}"));
+            return Some(format!(
+                "principal moments must be > 0, got {small:.6e}, {middle:.6e}, {large:.6e}"
+            ));
         }
         if large > (small + middle) * (1.0 + 1e-9) {
             return Some(format!(

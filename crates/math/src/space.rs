@@ -135,7 +135,10 @@ impl Space for Spatial {
     }
     fn principal(inertia: &Sym3) -> (Vec3, Quaternion) {
         if inertia.off == [0.0; 3] {
-            return (vec3(inertia.diagonal[0], inertia.diagonal[1], inertia.diagonal[2]), Quaternion::IDENTITY);
+            return (
+                vec3(inertia.diagonal[0], inertia.diagonal[1], inertia.diagonal[2]),
+                Quaternion::IDENTITY,
+            );
         }
         let (values, axes) = inertia.eigen();
         (vec3(values[0], values[1], values[2]), Quaternion::from_matrix(&axes))

@@ -24,6 +24,20 @@ fn drift<V: Column>(from: &[V], to: &[V]) -> f64 {
     from.iter().zip(to).map(|(p, q)| (*q - *p).norm()).fold(0.0, f64::max)
 }
 
+fn stack_comes_to_rest<S: Stage>() {
+    let mut world = stacking::stack::<S>(10, 1.0).expect("builds");
+    run(&mut world, 2.0);
+    assert!(top_speed(&world) < 1e-3, "still moves at {} m/s", top_speed(&world));
+    // a contact that opens and is pressed again must not pay for the way it opened
+    assert!(world.ledger().contact_normal <= 0.0, "contacts gave {} J", world.ledger().contact_normal);
+}
+
+#[test]
+fn a_tall_stack_comes_to_rest_and_its_contacts_give_no_energy() {
+    stack_comes_to_rest::<Planar>();
+    stack_comes_to_rest::<Spatial>();
+}
+
 fn pyramid_stands<S: Stage>() {
     let mut world = stacking::pyramid::<S>(10).expect("builds");
     let start = world.bodies().motion.position.clone();

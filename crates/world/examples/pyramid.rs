@@ -28,7 +28,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         worst = worst.max(report.residual());
         deepest = deepest.min(report.deepest.map_or(0.0, |d| d.0));
     }
-    println!("{} boxes, {:.1} s: worst residual {worst:.1e} m/s, deepest gap {deepest:.1e} m", world.bodies().len() - 1, world.time());
+    println!(
+        "{} boxes, {:.1} s: worst residual {worst:.1e} m/s, deepest gap {deepest:.1e} m",
+        world.bodies().len() - 1,
+        world.time()
+    );
     for (name, line) in Ledger::NAMES.iter().zip(ledger.lines()) {
         println!("{name:>16} {line:13.6e} J");
     }

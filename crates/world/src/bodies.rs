@@ -114,7 +114,10 @@ impl<S: Geometry> Bodies<S> {
     /// Inverse mass and inverse inertia in world axes at the present orientation.
     pub fn inverse_mass(&self, i: usize) -> InverseMass<S> {
         let d = &self.data[i];
-        InverseMass { linear: d.inverse_mass, angular: S::turned(&d.inverse_inertia, &self.motion.rotation[i]) }
+        InverseMass {
+            linear: d.inverse_mass,
+            angular: S::turned(&d.inverse_inertia, &self.motion.rotation[i]),
+        }
     }
     /// Inertia in world axes about the centre of mass \[kg m^2\]; zero for obstacles and particles.
     pub fn inertia(&self, i: usize) -> S::Inertia {
@@ -170,11 +173,17 @@ impl<S: Geometry> Bodies<S> {
         let turns = dynamic && spec.can_rotate && mass_properties.inertia != S::Inertia::ZERO;
         let inverse_inertia = if turns { mass_properties.inertia.inverse() } else { Some(S::Inertia::ZERO) };
         let inverse_inertia = inverse_inertia.ok_or_else(|| {
-            BuildError::body(name, "inertia", "is singular in f64", "give a body with extent in every direction")
+            BuildError::body(
+                name,
+                "inertia",
+                "is singular in f64",
+                "give a body with extent in every direction",
+            )
         })?;
         let (principal, axes) = S::principal(&mass_properties.inertia);
         let rotation = spec.rotation.renormalized().expect("checked");
-        let center = if spec.position_is_origin { rotation.rotate(mass_properties.center) } else { S::Vector::ZERO };
+        let center =
+            if spec.position_is_origin { rotation.rotate(mass_properties.center) } else { S::Vector::ZERO };
         self.serials += 1;
         self.data.push(BodyData {
             kind: spec.kind,
@@ -267,7 +276,8 @@ fn edit_distance(a: &str, b: &str) -> usize {
 
 /// Mass properties of a new body, checked.
 fn mass_of<S: Geometry>(name: &str, spec: &BodySpec<S>) -> Result<MassProperties<S>, BuildError> {
-    let nothing = MassProperties { mass: 0.0, center: S::Vector::ZERO, inertia: S::Inertia::ZERO, error: 0.0 };
+    let nothing =
+        MassProperties { mass: 0.0, center: S::Vector::ZERO, inertia: S::Inertia::ZERO, error: 0.0 };
     if spec.kind != BodyKind::Dynamic {
         return Ok(nothing);
     }
@@ -282,9 +292,12 @@ fn mass_of<S: Geometry>(name: &str, spec: &BodySpec<S>) -> Result<MassProperties
             }
             S::mass_properties(shape, *density).map_err(|e| BuildError::shape(name, e))
         }
-        (MassSource::Density(_), None) => {
-            Err(BuildError::body(name, "density", "given without a shape", "give a mass for a particle, or a shape"))
-        }
+        (MassSource::Density(_), None) => Err(BuildError::body(
+            name,
+            "density",
+            "given without a shape",
+            "give a mass for a particle, or a shape",
+        )),
         (MassSource::Mass(mass), _) if !positive(*mass) => Err(refuse("mass", *mass, "kg")),
         (MassSource::Mass(mass), Some(shape)) if spec.can_rotate => {
             Ok(S::mass_properties(shape, 1.0).map_err(|e| BuildError::shape(name, e))?.with_mass(*mass))
@@ -295,10 +308,22 @@ fn mass_of<S: Geometry>(name: &str, spec: &BodySpec<S>) -> Result<MassProperties
                 return Err(refuse("mass", given.mass, "kg"));
             }
             if !given.center.is_finite() {
-                return Err(BuildError::body(name, "center_of_mass", "is not finite", "give finite numbers in m"));
+                return Err(BuildError::body(
+                    name,
+                    "center_of_mass",
+                    "is not finite",
+                    "give finite numbers in m",
+                ));
             }
-            if let Some(reason) = given.inertia.impossible_because().filter(|_| given.inertia != S::Inertia::ZERO) {
-                return Err(BuildError::body(name, "inertia", reason, "check its entries, axes and units (kg m^2)"));
+            if let Some(reason) =
+                given.inertia.impossible_because().filter(|_| given.inertia != S::Inertia::ZERO)
+            {
+                return Err(BuildError::body(
+                    name,
+                    "inertia",
+                    reason,
+                    "check its entries, axes and units (kg m^2)",
+                ));
             }
             Ok(*given)
         }
@@ -318,7 +343,12 @@ fn check_spec<S: Geometry>(name: &str, spec: &BodySpec<S>) -> Result<(), BuildEr
     finite("velocity", spec.velocity.as_slice())?;
     finite("angular_velocity", spec.angular_velocity.as_slice())?;
     if spec.rotation.renormalized().is_none() {
-        return Err(BuildError::body(name, "rotation", "has length 0", "give an angle or a quaternion of length 1"));
+        return Err(BuildError::body(
+            name,
+            "rotation",
+            "has length 0",
+            "give an angle or a quaternion of length 1",
+        ));
     }
     for (field, value, most) in [
         ("friction", spec.friction, f64::MAX),

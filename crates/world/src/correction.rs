@@ -95,7 +95,8 @@ impl<S: Geometry> Correction<S> {
             bodies.motion.position[i] += v.linear * dt;
             if v.angular != S::Spin::ZERO {
                 let momentum = bodies.spin_momentum(i);
-                bodies.motion.rotation[i] = bodies.motion.rotation[i].then(&S::Rotation::about(v.angular * dt));
+                bodies.motion.rotation[i] =
+                    bodies.motion.rotation[i].then(&S::Rotation::about(v.angular * dt));
                 set_spin_momentum(bodies, i, momentum);
             }
         }

@@ -28,13 +28,22 @@ fn sentence(field: &str, problem: &str) -> String {
 
 /// The field of a body that a field of its shape is; what belongs to no field of the shape stands for itself.
 pub fn shape_field(field: &str) -> String {
-    if ["shape", "density", "relative_tolerance"].contains(&field) { field.into() } else { format!("shape.{field}") }
+    if ["shape", "density", "relative_tolerance"].contains(&field) {
+        field.into()
+    } else {
+        format!("shape.{field}")
+    }
 }
 
 impl BuildError {
     /// An error about a field of a body.
     pub fn body(body: &str, field: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        BuildError { body: Some(body.into()), field: field.into(), problem: problem.into(), remedy: remedy.into() }
+        BuildError {
+            body: Some(body.into()),
+            field: field.into(),
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
     }
     /// An error about a setting of the world.
     pub fn setting(field: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
@@ -42,7 +51,12 @@ impl BuildError {
     }
     /// The error of a shape as one of the body that has it.
     pub fn shape(body: &str, e: ShapeError) -> Self {
-        BuildError { body: Some(body.into()), field: shape_field(&e.field), problem: e.problem, remedy: e.remedy }
+        BuildError {
+            body: Some(body.into()),
+            field: shape_field(&e.field),
+            problem: e.problem,
+            remedy: e.remedy,
+        }
     }
 }
 
@@ -90,7 +104,9 @@ pub enum StepError {
         remedy: String,
     },
     /// The chosen solver cannot solve this step's contact problem.
-    #[error("step at t = {time} s: solver '{solver}' refused the {phase} problem of {contacts} contacts: {reason}; choose solver pgs, or lemke for small planar problems")]
+    #[error(
+        "step at t = {time} s: solver '{solver}' refused the {phase} problem of {contacts} contacts: {reason}; choose solver pgs, or lemke for small planar problems"
+    )]
     SolverRefused {
         /// Name of the solver.
         solver: &'static str,

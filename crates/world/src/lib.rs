@@ -24,15 +24,16 @@ pub mod world;
 pub use bodies::{Bodies, BodyData, Motion};
 pub use body::{BodyKind, BodySpec, MassSource};
 pub use carom_geometry::{
-    self as geometry, Geometry, MassProperties, PlanarPart, PlanarShape, ShapeError, SpatialPart, SpatialShape,
+    self as geometry, Geometry, MassProperties, PlanarPart, PlanarShape, ShapeError, SpatialPart,
+    SpatialShape,
 };
 pub use carom_math::{
-    self as math, Column, Inertia, Moment, Planar, Pose, Quaternion, Rotation, Space, Spatial, Sym3, Turn, Vec1, Vec2,
-    Vec3, vec1, vec2, vec3,
+    self as math, Column, Inertia, Moment, Planar, Pose, Quaternion, Rotation, Space, Spatial, Sym3, Turn,
+    Vec1, Vec2, Vec3, vec1, vec2, vec3,
 };
 pub use carom_solver::{
-    self as solver, Contact, ContactProblem, FrictionLaw, ImpulseSolver, Impulses, Outcome, SolveSettings, SolverKind,
-    Stop, Twist,
+    self as solver, Contact, ContactProblem, FrictionLaw, ImpulseSolver, Impulses, Outcome, SolveSettings,
+    SolverKind, Stop, Twist,
 };
 pub use error::{BuildError, StepError};
 pub use force::{ForceField, Wrench};

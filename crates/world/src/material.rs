@@ -29,8 +29,20 @@ impl Mixing {
             Mixing::Mean => 0.5 * (a + b),
             Mixing::Product => a * b,
             // equal coefficients give themselves, not a rounding away from it
-            Mixing::Geometric => if a == b { a } else { (a * b).sqrt() },
-            Mixing::Harmonic => if a + b > 0.0 { 2.0 * a * b / (a + b) } else { 0.0 },
+            Mixing::Geometric => {
+                if a == b {
+                    a
+                } else {
+                    (a * b).sqrt()
+                }
+            }
+            Mixing::Harmonic => {
+                if a + b > 0.0 {
+                    2.0 * a * b / (a + b)
+                } else {
+                    0.0
+                }
+            }
         }
     }
 }

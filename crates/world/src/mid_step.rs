@@ -36,7 +36,8 @@ impl<S: Geometry> MidStep<S> {
         turning: bool,
     ) -> &[Touch<S>] {
         self.touches.clear();
-        self.touches.extend(touches.iter().map(|t| Touch { point: t.point + shift(bodies, t, origin), ..*t }));
+        self.touches
+            .extend(touches.iter().map(|t| Touch { point: t.point + shift(bodies, t, origin), ..*t }));
         if turning {
             let mut first = 0;
             while first < touches.len() {
@@ -59,7 +60,14 @@ impl<S: Geometry> MidStep<S> {
         }
         let widest = self.touches[run.clone()].iter().map(|t| t.gap).fold(0.0, f64::max);
         self.points.clear();
-        S::contacts(ca, &bodies.shape_pose(a), cb, &bodies.shape_pose(b), widest + 2.0 * moved, &mut self.points);
+        S::contacts(
+            ca,
+            &bodies.shape_pose(a),
+            cb,
+            &bodies.shape_pose(b),
+            widest + 2.0 * moved,
+            &mut self.points,
+        );
         let (serial_a, serial_b) = (bodies.data[a].serial, bodies.data[b].serial);
         for touch in &mut self.touches[run] {
             let same = |p: &&ContactPoint<S>| contact_id(serial_a, serial_b, p.feature) == touch.id;

@@ -179,7 +179,8 @@ impl<S: Geometry> World<S> {
     pub fn apply_impulse(&mut self, body: usize, impulse: S::Vector, point: S::Vector) {
         let inverse = self.bodies.inverse_mass(body);
         let arm = point - self.bodies.motion.position[body];
-        let twist = carom_solver::collision::apply_impulse(&self.bodies.motion.twist(body), &inverse, arm, impulse);
+        let twist =
+            carom_solver::collision::apply_impulse(&self.bodies.motion.twist(body), &inverse, arm, impulse);
         if inverse.linear > 0.0 {
             self.bodies.motion.set_twist(body, &twist);
         }
@@ -337,14 +338,24 @@ impl<S: Geometry> World<S> {
     fn check_before(&self, dt: f64) -> Result<(), StepError> {
         if !(dt > 0.0 && dt.is_finite()) {
             let remedy = "give a step length in s".to_string();
-            return Err(StepError::Argument { field: "dt", problem: format!("must be > 0, got {dt}"), remedy });
+            return Err(StepError::Argument {
+                field: "dt",
+                problem: format!("must be > 0, got {dt}"),
+                remedy,
+            });
         }
         self.check_motion("before the step", "set it to finite numbers")?;
         self.check_fixed()?;
         let bad = self.applied.iter().position(|w| !w.is_finite());
         bad.map_or(Ok(()), |i| {
             let value = format!("{:?}", self.applied[i].force.as_slice());
-            Err(self.not_finite(i, "applied force or torque", value, "before the step", "apply finite numbers"))
+            Err(self.not_finite(
+                i,
+                "applied force or torque",
+                value,
+                "before the step",
+                "apply finite numbers",
+            ))
         })
     }
 
@@ -352,8 +363,10 @@ impl<S: Geometry> World<S> {
     fn check_fixed(&self) -> Result<(), StepError> {
         let m = &self.bodies.motion;
         for i in (0..self.bodies.len()).filter(|&i| self.bodies.data[i].kind == BodyKind::Fixed) {
-            let parts: [(&'static str, &[f64]); 2] =
-                [("velocity", m.velocity[i].as_slice()), ("angular_velocity", m.angular_velocity[i].as_slice())];
+            let parts: [(&'static str, &[f64]); 2] = [
+                ("velocity", m.velocity[i].as_slice()),
+                ("angular_velocity", m.angular_velocity[i].as_slice()),
+            ];
             for (field, values) in parts {
                 if values.iter().any(|x| *x != 0.0) {
                     let (body, value) = (self.bodies.names[i].clone(), format!("{values:?}"));
@@ -366,7 +379,10 @@ impl<S: Geometry> World<S> {
     }
 
     fn check_after(&self) -> Result<(), StepError> {
-        self.check_motion("after the step", "look for extreme velocities, masses or forces, or take a smaller dt")
+        self.check_motion(
+            "after the step",
+            "look for extreme velocities, masses or forces, or take a smaller dt",
+        )
     }
 
     fn check_motion(&self, stage: &'static str, remedy: &str) -> Result<(), StepError> {
@@ -379,7 +395,9 @@ impl<S: Geometry> World<S> {
                 ("angular_velocity", m.angular_velocity[i].as_slice()),
             ];
             for (field, values) in parts {
-                if !values.iter().all(|x| x.is_finite()) || (field == "rotation" && values.iter().all(|x| *x == 0.0)) {
+                if !values.iter().all(|x| x.is_finite())
+                    || (field == "rotation" && values.iter().all(|x| *x == 0.0))
+                {
                     return Err(self.not_finite(i, field, format!("{values:?}"), stage, remedy));
                 }
             }
@@ -392,7 +410,14 @@ impl<S: Geometry> World<S> {
         Ok(())
     }
 
-    fn not_finite(&self, i: usize, field: &'static str, value: String, stage: &'static str, remedy: &str) -> StepError {
+    fn not_finite(
+        &self,
+        i: usize,
+        field: &'static str,
+        value: String,
+        stage: &'static str,
+        remedy: &str,
+    ) -> StepError {
         let body = self.bodies.names[i].clone();
         StepError::NotFinite { body, field, value, stage, remedy: remedy.into(), time: self.time }
     }
@@ -422,9 +447,11 @@ fn add_fields<S: Geometry>(
     out: &mut [Wrench<S>],
 ) -> Result<(), StepError> {
     for (name, field) in fields.iter_mut() {
-        field
-            .add(time, &bodies.motion, out)
-            .map_err(|problem| StepError::ForceField { field: name.clone(), problem, time })?;
+        field.add(time, &bodies.motion, out).map_err(|problem| StepError::ForceField {
+            field: name.clone(),
+            problem,
+            time,
+        })?;
         if let Some(i) = out.iter().position(|w| !w.is_finite()) {
             let (force, torque) = (out[i].force, out[i].torque);
             let problem = format!(

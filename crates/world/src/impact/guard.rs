@@ -85,11 +85,17 @@ fn moreau<S: Geometry>(
     }
     let mut impulses = Impulses::zero(&plastic);
     solver.solve(&plastic, settings, &mut impulses);
-    let pressed = members.iter().zip(&plastic.contacts).zip(&impulses.contacts).filter(|(_, g)| g.normal > 0.0);
-    let share = |((&k, c), _): ((&usize, &carom_solver::Contact<S>), _)| if bounces[k] { c.restitution } else { 0.0 };
+    let pressed =
+        members.iter().zip(&plastic.contacts).zip(&impulses.contacts).filter(|(_, g)| g.normal > 0.0);
+    let share =
+        |((&k, c), _): ((&usize, &carom_solver::Contact<S>), _)| if bounces[k] { c.restitution } else { 0.0 };
     let restitution = pressed.map(share).fold(1.0, f64::min);
     let factor = (1.0 + restitution).min(neutral_factor(&plastic, &impulses));
-    impulses.contacts.iter().map(|g| Impulse { normal: g.normal * factor, tangent: g.tangent * factor }).collect()
+    impulses
+        .contacts
+        .iter()
+        .map(|g| Impulse { normal: g.normal * factor, tangent: g.tangent * factor })
+        .collect()
 }
 
 /// The factor s at which s times the impulses would neither gain nor lose: s gamma.u- + s^2/2 gamma.A gamma = 0;

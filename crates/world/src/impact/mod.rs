@@ -15,7 +15,6 @@ use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
 use crate::settings::{ImpactLaw, Settings};
 use carom_geometry::Geometry;
-use carom_math::Column;
 use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, SolveSettings, Stop, Twist};
 use islands::Islands;
 
@@ -51,7 +50,7 @@ pub enum Role {
 impl Thresholds {
     /// The role of a contact from its gap and normal velocity.
     pub fn role(&self, gap: f64, normal_velocity: f64, restitution: f64) -> Role {
-        let fast = restitution > 0.0 && -normal_velocity > self.rest_speed;
+        let fast = restitution > 0.0 && -normal_velocity > self.rest_speed.max(self.still_speed);
         match (fast, gap <= self.touching || gap + self.dt * normal_velocity < 0.0) {
             (true, true) => Role::Bounces,
             (true, false) => Role::Pending,
@@ -247,10 +246,12 @@ impl<S: Geometry> Impacts<S> {
             let target = if bounces { -t.restitution * u } else { limits.closing(t.gap) };
             let approaches = u < target.min(0.0) - limits.still_speed;
             // slower ones leave an overlap of h u/2 at most, which the kick stops and the correction closes
-            let calls = bounces || (role == Role::Holds && u < target.min(0.0) - limits.call_speed && !resolved);
+            let calls =
+                bounces || (role == Role::Holds && u < target.min(0.0) - limits.call_speed && !resolved);
             // an elastic contact that is open waits for its own approach; all others feel their neighbours at once
             let feels = t.restitution == 0.0 || t.gap <= limits.touching || law == ImpactLaw::Sequential;
-            let takes_part = bounces || law == ImpactLaw::Sequential || (role == Role::Holds && (approaches || feels));
+            let takes_part =
+                bounces || law == ImpactLaw::Sequential || (role == Role::Holds && (approaches || feels));
             bouncing |= bounces;
             self.parts.push(takes_part.then_some(Part { bounces, target, calls }));
         }
@@ -268,7 +269,11 @@ impl<S: Geometry> Impacts<S> {
         let (mut normal, mut rest_cut, mut friction) = (0.0, 0.0, 0.0);
         let book = |k: usize, n: f64, t: f64| {
             let cut = self.problem.contacts[k].restitution > 0.0 && !self.bounces[k];
-            if cut { rest_cut += n } else { normal += n }
+            if cut {
+                rest_cut += n
+            } else {
+                normal += n
+            }
             friction += t;
         };
         let p = &self.problem;

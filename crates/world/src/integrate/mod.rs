@@ -139,7 +139,13 @@ impl Integrator {
     }
     /// Moves the poses to the end of the step. `start` holds the velocities before the step's kick,
     /// `free` those after loads and before contact impulses.
-    pub fn after_kick<S: Geometry>(self, bodies: &mut Bodies<S>, start: &[Twist<S>], free: &[Twist<S>], h: f64) {
+    pub fn after_kick<S: Geometry>(
+        self,
+        bodies: &mut Bodies<S>,
+        start: &[Twist<S>],
+        free: &[Twist<S>],
+        h: f64,
+    ) {
         match self {
             Integrator::ExplicitEuler => euler_drift(bodies, start, h),
             Integrator::SemiImplicitEuler => drift(bodies, h, turn_with_present_spin),

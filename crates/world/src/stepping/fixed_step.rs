@@ -12,7 +12,7 @@ use crate::force::Wrench;
 use crate::impact::{Impacts, Role, Thresholds};
 use crate::integrate::{DriftWork, Integrator, Loads, Step};
 use crate::mid_step::MidStep;
-use crate::narrow_phase::{Touch, smallest_extent};
+use crate::narrow_phase::{Touch, normal_velocity, smallest_extent};
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
@@ -35,6 +35,7 @@ pub struct FixedStep<S: Geometry> {
     pub impulses: Impulses<S>,
     /// Index into the step's touches of each contact of the problem.
     pub pressed: Vec<usize>,
+    approaches: Vec<f64>,
     start: Vec<Twist<S>>,
     free: Vec<Twist<S>>,
     after: Vec<Twist<S>>,
@@ -54,6 +55,7 @@ impl<S: Geometry> Default for FixedStep<S> {
             impulses: Impulses::zero(&problem),
             problem,
             pressed: Vec::new(),
+            approaches: Vec::new(),
             start: Vec::new(),
             free: Vec::new(),
             after: Vec::new(),
@@ -75,8 +77,11 @@ pub struct SchemeReport {
     pub ledger: Ledger,
 }
 
-/// Share of |g| h below which a plastic approach is the noise of a solve that ran out of iterations \[1\].
-const CALL: f64 = 1e-2;
+/// Share of |g| h below which a plastic approach is left to the kick \[1\]: it stops there, after a way of at most
+/// half of h u, which is within the correction's slop. Below it lies what inexact solves leave in piles; an impact
+/// phase of their own, solved from nothing and inexactly, would take away in each step what the warm start of the
+/// kick is about to hold, and towers would shake themselves down.
+const CALL: f64 = 0.5;
 
 /// The speeds and lengths of a step.
 pub fn thresholds<S: Geometry>(settings: &Settings<S>, bodies: &Bodies<S>, dt: f64) -> Thresholds {
@@ -110,6 +115,8 @@ impl<S: Geometry> FixedStep<S> {
 
         report.impact_solve = self.impact(bodies, touches, settings, &limits, &mut report.ledger);
         refused(&report.impact_solve, settings.solver, "impact", step.time)?;
+        self.approaches.clear();
+        self.approaches.extend(touches.iter().map(|t| normal_velocity(bodies, t)));
         damp(bodies, 0.5 * step.dt, &mut report.ledger);
         self.drift_to_kick(bodies, settings.integrator, step, loads, &mut report.ledger)?;
         self.load(bodies, settings.integrator, step, loads, &mut report.ledger)?;
@@ -201,7 +208,13 @@ impl<S: Geometry> FixedStep<S> {
     }
 
     /// The contact problem of the kick.
-    fn assemble(&mut self, bodies: &Bodies<S>, touches: &[Touch<S>], settings: &Settings<S>, limits: &Thresholds) {
+    fn assemble(
+        &mut self,
+        bodies: &Bodies<S>,
+        touches: &[Touch<S>],
+        settings: &Settings<S>,
+        limits: &Thresholds,
+    ) {
         assembly::begin(&mut self.problem, bodies, settings.friction_law);
         self.problem.velocities.clone_from(&self.free);
         self.pressed.clear();
@@ -217,7 +230,7 @@ impl<S: Geometry> FixedStep<S> {
                 Role::Bounces if t.gap <= limits.touching && self.impacts.resolved(k) => {}
                 _ => continue,
             }
-            contact.target = held_velocity(t.gap.max(0.0) / limits.dt, before, end_share);
+            contact.target = held_velocity(limits.closing(t.gap), self.approaches[k], before, end_share);
             self.problem.contacts.push(contact);
             self.pressed.push(k);
         }
@@ -268,7 +281,13 @@ impl<S: Geometry> FixedStep<S> {
 
     /// Second drift. Translation's part of the integrator's line is the potential energy that was paid over the
     /// whole displacement against the work that gravity did in the kick.
-    fn drift_from_kick(&mut self, bodies: &mut Bodies<S>, integrator: Integrator, step: &Step<S>, ledger: &mut Ledger) {
+    fn drift_from_kick(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        integrator: Integrator,
+        step: &Step<S>,
+        ledger: &mut Ledger,
+    ) {
         let before = Energy::of(bodies, step.gravity);
         integrator.after_kick(bodies, &self.start, &self.free, step.dt);
         let after = Energy::of(bodies, step.gravity);
@@ -285,7 +304,10 @@ impl<S: Geometry> FixedStep<S> {
         step: &Step<S>,
         ledger: &mut Ledger,
     ) {
-        let slop = settings.correction_slop.unwrap_or_else(|| 1e-5 * smallest_extent(bodies).unwrap_or(0.0));
+        let slop = settings.correction_slop.unwrap_or_else(|| {
+            1e-5 * smallest_extent(bodies).unwrap_or(0.0)
+                + 0.5 * CALL * step.gravity.norm() * step.dt * step.dt
+        });
         let share = settings.integrator.end_share();
         self.overlaps.clear();
         for (c, &k) in self.problem.contacts.iter().zip(&self.pressed) {
@@ -302,16 +324,16 @@ impl<S: Geometry> FixedStep<S> {
     }
 }
 
-/// End velocity that closes a gap exactly at the step's end, given the velocity before and the integrator's
-/// share: (1-s) u- + s u+ = -gap/h. Never a push: a contact that still approaches, because its impact was
-/// solved inexactly, is stopped and not thrown back.
-fn held_velocity(closing: f64, before: f64, end_share: f64) -> f64 {
+/// End velocity with which the step closes a gap and no more, from the normal velocity `before` the kick and the
+/// integrator's share s: (1-s) u- + s u+ = `closing`. What the contact approaches too fast at the step's `start`,
+/// because its impact was solved inexactly, is stopped and not thrown back: the mean alone would not damp it.
+fn held_velocity(closing: f64, start: f64, before: f64, end_share: f64) -> f64 {
     if end_share == 0.0 {
         // the displacement is already made: hold the next one
-        return -closing;
+        return closing;
     }
-    let exact = (-closing - (1.0 - end_share) * before) / end_share;
-    exact.min(0.0)
+    let turned = before - start;
+    (closing - (1.0 - end_share) * (start.max(closing).min(0.0) + turned)) / end_share
 }
 
 /// Exact decay of the velocities of damped bodies over a time, booked.
@@ -324,12 +346,18 @@ fn damp<S: Geometry>(bodies: &mut Bodies<S>, time: f64, ledger: &mut Ledger) {
         }
         let before = bodies.translational_energy(i) + bodies.rotational_energy(i);
         bodies.motion.velocity[i] = bodies.motion.velocity[i] * carom_math::exp(-linear * time);
-        bodies.motion.angular_velocity[i] = bodies.motion.angular_velocity[i] * carom_math::exp(-angular * time);
+        bodies.motion.angular_velocity[i] =
+            bodies.motion.angular_velocity[i] * carom_math::exp(-angular * time);
         ledger.damping += bodies.translational_energy(i) + bodies.rotational_energy(i) - before;
     }
 }
 
-fn refused(report: &Option<SolveReport>, kind: SolverKind, phase: &'static str, time: f64) -> Result<(), StepError> {
+fn refused(
+    report: &Option<SolveReport>,
+    kind: SolverKind,
+    phase: &'static str,
+    time: f64,
+) -> Result<(), StepError> {
     match report {
         Some(SolveReport { stop: Stop::Refused(reason), contacts, .. }) => Err(StepError::SolverRefused {
             solver: kind.name(),
