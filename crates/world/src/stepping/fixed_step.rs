@@ -333,7 +333,7 @@ fn held_velocity(closing: f64, start: f64, before: f64, end_share: f64) -> f64 {
         return closing;
     }
     let turned = before - start;
-    (closing - (1.0 - end_share) * (start.max(closing).min(0.0) + turned)) / end_share
+    (closing - (1.0 - end_share) * (start.max(closing) + turned)) / end_share
 }
 
 /// Exact decay of the velocities of damped bodies over a time, booked.
