@@ -87,8 +87,10 @@ fn pushes<S: Geometry>(world: &World<S>) -> Vec<Push<S>> {
         .collect();
     let (problem, impulses, indices) = world.last_problem();
     for ((&k, contact), impulse) in indices.iter().zip(&problem.contacts).zip(&impulses.contacts) {
-        all[k].total.normal += impulse.normal;
-        all[k].total.tangent += impulse.tangent;
+        // the kick's frame may have turned since detection: told in the frame of the contact as it was found
+        let (t, force) = (&world.touches()[k], contact.to_world(impulse));
+        all[k].total.normal += force.dot(t.normal);
+        all[k].total.tangent += S::Slip::from_fn(|i| force.dot(S::tangent(t.normal, i)));
         all[k].friction_size += impulse.tangent.norm();
         // the slip that friction was solved against: at the arms of the kick
         all[k].slip = across(&world.touches()[k], contact.arm_a, contact.arm_b);
