@@ -148,6 +148,7 @@ impl<S: Geometry> Problem<S> {
             Stop::Converged => ("converged", None),
             Stop::OutOfIterations => ("out_of_iterations", None),
             Stop::Refused(reason) => ("refused", Some(reason.as_str())),
+            Stop::Interrupted => ("interrupted", None),
         };
         let dict = PyDict::new(py);
         dict.set_item("impulse", PyArray1::from_vec(py, impulses.flat()))?;

@@ -3,6 +3,7 @@
 use crate::methods::{direct::Direct, lemke::Lemke, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential};
 use crate::outcome::Outcome;
 use crate::problem::{ContactProblem, Impulses};
+use crate::watch::Watch;
 use carom_math::Space;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
@@ -34,6 +35,17 @@ pub trait ImpulseSolver<S: Space>: Send {
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
     ) -> Outcome;
+    /// The same under observation: long solves tell their progress and stop when asked, with the best impulses so
+    /// far and `Stop::Interrupted`. Solvers that are never long ignore the watch.
+    fn solve_watched(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+        _watch: &mut Watch,
+    ) -> Outcome {
+        self.solve(problem, settings, impulses)
+    }
 }
 
 /// The solvers by name.

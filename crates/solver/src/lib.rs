@@ -7,6 +7,8 @@ pub mod cone;
 pub mod delassus;
 pub mod file;
 pub mod friction;
+pub mod friction_problem;
+pub mod friction_solver;
 pub mod impulse_solver;
 pub mod lcp;
 pub mod methods;
@@ -15,11 +17,15 @@ pub mod outcome;
 pub mod prepared;
 pub mod problem;
 pub mod residual;
+pub mod watch;
 
 pub use delassus::Csr;
+pub use friction_problem::{FrictionProblem, Measure, measure};
+pub use friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 pub use impulse_solver::{ImpulseSolver, SolveSettings, SolverKind};
 pub use outcome::{Outcome, Stop};
 pub use problem::{
     BoundedRow, Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, ProblemError, Twist,
 };
 pub use residual::{Entry, Residual, residual};
+pub use watch::{Progress, Watch, unwatched};

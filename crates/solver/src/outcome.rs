@@ -14,6 +14,8 @@ pub enum Stop {
     OutOfIterations,
     /// The method cannot solve this problem; the reason says why. The impulses are left as they were given.
     Refused(String),
+    /// Whoever watched the solve asked to stop: the impulses are the best so far.
+    Interrupted,
 }
 
 /// Result of one solve.

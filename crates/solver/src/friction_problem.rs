@@ -1,0 +1,191 @@
+//! Frictional contact in matrix form, the form of public collections: u = W r + q in contact frames, normal first,
+//! and per contact r in K, u + mu |u_T| n in K*, orthogonal to each other (De Saxce's form of Coulomb's law;
+//! theory chapter 7). Knows no bodies: W is whatever was measured or assembled.
+
+use crate::delassus::Csr;
+use crate::problem::ProblemError;
+use carom_math::Sym3;
+
+/// Find r with u = W r + q and Coulomb's law at every contact; contact i owns rows d i .. d i + d - 1.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrictionProblem {
+    /// Rows per contact: 1 without friction (a linear complementarity problem), 2 in the plane, 3 in space.
+    pub dimension: usize,
+    /// W, the Delassus operator; it need not be symmetric.
+    pub matrix: Csr,
+    /// q: the relative velocities without impulses \[m/s\].
+    pub velocity: Vec<f64>,
+    /// Coefficient of friction per contact \[1\].
+    pub friction: Vec<f64>,
+}
+
+impl FrictionProblem {
+    /// Number of contacts.
+    pub fn contacts(&self) -> usize {
+        self.friction.len()
+    }
+    /// Checks shapes and numbers of a problem that came from outside.
+    ///
+    /// # Errors
+    /// [`ProblemError`] naming the first array or entry that does not fit.
+    pub fn check(&self) -> Result<(), ProblemError> {
+        let refuse = |place: &str, problem: String, remedy: &str| {
+            Err(ProblemError { place: place.into(), problem, remedy: remedy.into() })
+        };
+        if !(1..=3).contains(&self.dimension) {
+            return refuse("dimension", format!("is {}", self.dimension), "use 1, 2 or 3 rows per contact");
+        }
+        let n = self.dimension * self.contacts();
+        let w = &self.matrix;
+        if w.shape != (n, n) || self.velocity.len() != n {
+            let sizes = format!("W is {:?}, q has {} entries", w.shape, self.velocity.len());
+            return refuse(
+                "matrix",
+                sizes,
+                "give dimension x contacts rows and columns, and as many velocities",
+            );
+        }
+        let sorted = w.starts.len() == n + 1
+            && w.starts[0] == 0
+            && w.starts.windows(2).all(|p| p[0] <= p[1])
+            && w.starts[n] == w.indices.len()
+            && w.indices.len() == w.values.len();
+        if !sorted || w.indices.iter().any(|&j| j >= n) {
+            return refuse(
+                "matrix",
+                "is no compressed-row matrix".into(),
+                "give ascending starts and columns < n",
+            );
+        }
+        if let Some(k) = w.values.iter().position(|x| !x.is_finite()) {
+            return refuse("matrix", format!("value {k} is {}", w.values[k]), "give finite numbers");
+        }
+        if let Some(k) = self.velocity.iter().position(|x| !x.is_finite()) {
+            return refuse("velocity", format!("entry {k} is {}", self.velocity[k]), "give finite numbers");
+        }
+        if let Some(k) = self.friction.iter().position(|x| !(x.is_finite() && *x >= 0.0)) {
+            return refuse(
+                "friction",
+                format!("entry {k} is {}", self.friction[k]),
+                "give finite numbers >= 0",
+            );
+        }
+        Ok(())
+    }
+}
+
+/// What impulses are worth, in the measures of the literature and in velocity units; every entry is zero exactly
+/// at a solution.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measure {
+    /// |r - P_K(r - u_hat)| / |q|: the natural map with step 1 (Acary, Bremond and Huber 2018). Depends on the unit
+    /// of impulse.
+    pub natural: f64,
+    /// |(r - P_K(r - u_hat / l)) l| / |q| with l the spectral norm of each diagonal block of W: velocity units,
+    /// unmoved by a change of the unit of impulse.
+    pub scaled: f64,
+    /// Largest |r_T| - mu r_N or -r_N over the largest |r|.
+    pub cone: f64,
+    /// Largest -u_N over the largest entry of q.
+    pub penetration: f64,
+    /// Largest |u_hat . r| over the largest |r| times the largest entry of q.
+    pub complementarity: f64,
+    /// Over sliding contacts, largest |u_T + |u_T| r_T / |r_T|| over the largest entry of q.
+    pub slip_alignment: f64,
+    /// Contacts without impulse.
+    pub take_off: usize,
+    /// Contacts whose impulse is inside the cone.
+    pub stick: usize,
+    /// Contacts whose impulse is on the cone while they slip.
+    pub slip: usize,
+}
+
+impl Measure {
+    /// True when natural <= tolerance, scaled <= 10 tolerance and cone <= 1e-12: "solved at tolerance" in
+    /// collections of contact problems.
+    pub fn solves(&self, tolerance: f64) -> bool {
+        self.natural <= tolerance && self.scaled <= 10.0 * tolerance && self.cone <= 1e-12
+    }
+}
+
+/// Projects (normal, tangents) on the cone |x_T| <= mu x_N, in place.
+pub fn project_on_cone(x: &mut [f64], friction: f64) {
+    let tangent = x[1..].iter().map(|t| t * t).sum::<f64>().sqrt();
+    if tangent <= friction * x[0] {
+        return;
+    }
+    if friction * tangent <= -x[0] {
+        x.fill(0.0);
+        return;
+    }
+    let normal = (x[0] + friction * tangent) / (1.0 + friction * friction);
+    let scale = friction * normal / tangent;
+    x[0] = normal;
+    x[1..].iter_mut().for_each(|t| *t *= scale);
+}
+
+/// Spectral norm of a dense block of at most three rows: the root of the largest eigenvalue of B^T B.
+pub fn spectral_norm(block: &[Vec<f64>]) -> f64 {
+    let gram = |i: usize, j: usize| {
+        let inside = i < block.len() && j < block.len();
+        if inside { block.iter().map(|row| row[i] * row[j]).sum::<f64>() } else { 0.0 }
+    };
+    let squared =
+        Sym3 { diagonal: [gram(0, 0), gram(1, 1), gram(2, 2)], off: [gram(0, 1), gram(0, 2), gram(1, 2)] };
+    squared.eigen().0.into_iter().fold(0.0, f64::max).sqrt()
+}
+
+/// Measures impulses against a problem; independent of every solver.
+pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
+    let (d, w) = (problem.dimension, &problem.matrix);
+    let mut velocity = w.times(impulses);
+    velocity.iter_mut().zip(&problem.velocity).for_each(|(u, q)| *u += q);
+    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
+    let length = |x: &[f64]| x.iter().map(|a| a * a).sum::<f64>().sqrt();
+    let not_zero = |x: f64| if x > 0.0 { x } else { 1.0 };
+    let (size, top) = (not_zero(length(&problem.velocity)), not_zero(largest(&problem.velocity)));
+    let strongest = impulses.chunks(d.max(1)).map(length).fold(1e-300, f64::max);
+    let mut m = Measure::default();
+    for (i, &mu) in problem.friction.iter().enumerate() {
+        let range = d * i..d * i + d;
+        let (r, u) = (&impulses[range.clone()], &velocity[range.clone()]);
+        let slip = length(&u[1..]);
+        let mut u_hat = u.to_vec();
+        u_hat[0] += mu * slip;
+        let block: Vec<Vec<f64>> = range.clone().map(|row| dense_row(w, row, range.clone())).collect();
+        let natural_map = |step: f64| {
+            let mut x: Vec<f64> = r.iter().zip(&u_hat).map(|(r, u)| r - step * u).collect();
+            project_on_cone(&mut x, mu);
+            x.iter().zip(r).map(|(x, r)| ((r - x) / step).powi(2)).sum::<f64>()
+        };
+        m.natural += natural_map(1.0);
+        m.scaled += natural_map(1.0 / not_zero(spectral_norm(&block)));
+        let tangent = length(&r[1..]);
+        m.cone = m.cone.max(tangent - mu * r[0]).max(-r[0]);
+        m.penetration = m.penetration.max(-u[0]);
+        m.complementarity =
+            m.complementarity.max(r.iter().zip(&u_hat).map(|(r, u)| r * u).sum::<f64>().abs());
+        if r[0] <= 1e-9 * strongest {
+            m.take_off += 1;
+        } else if tangent > 0.0 && tangent >= mu * r[0] * (1.0 - 1e-6) && slip > 1e-9 * top {
+            m.slip += 1;
+            let off: Vec<f64> = u[1..].iter().zip(&r[1..]).map(|(u, r)| u + slip / tangent * r).collect();
+            m.slip_alignment = m.slip_alignment.max(length(&off));
+        } else {
+            m.stick += 1;
+        }
+    }
+    m.natural = m.natural.sqrt() / size;
+    m.scaled = m.scaled.sqrt() / size;
+    m.cone /= strongest;
+    m.penetration /= top;
+    m.complementarity /= strongest * top;
+    m.slip_alignment /= top;
+    m
+}
+
+fn dense_row(w: &Csr, row: usize, columns: std::ops::Range<usize>) -> Vec<f64> {
+    let mut dense = vec![0.0; columns.len()];
+    w.row(row).filter(|(j, _)| columns.contains(j)).for_each(|(j, x)| dense[j - columns.start] += x);
+    dense
+}

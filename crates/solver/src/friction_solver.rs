@@ -1,0 +1,68 @@
+//! The door to solvers of problems in matrix form: one trait, one judge (`measure`), whatever the method.
+
+use crate::friction_problem::{FrictionProblem, Measure};
+use crate::watch::Watch;
+use serde::Serialize;
+
+/// How exactly, and for how long, to solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrictionSettings {
+    /// Solved means `Measure::solves(tolerance)` \[1\].
+    pub tolerance: f64,
+    /// Most sweeps or first-order iterations to spend \[1\].
+    pub iterations: usize,
+    /// Most factorisations to spend \[1\]; read by solvers that factorise.
+    pub factorisations: usize,
+}
+
+impl Default for FrictionSettings {
+    /// 1e-8; a hundred thousand sweeps and two thousand factorisations are more than any well-posed problem of
+    /// the public collections takes.
+    fn default() -> Self {
+        FrictionSettings { tolerance: 1e-8, iterations: 100_000, factorisations: 2000 }
+    }
+}
+
+/// Work done in one stage of a solve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Stage {
+    /// "sweeps", "interior point", "newton", "proximal newton", ...
+    pub name: &'static str,
+    /// Iterations spent in it.
+    pub iterations: usize,
+}
+
+/// What a solve came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrictionOutcome {
+    /// True when the impulses returned are measured to solve the problem at the tolerance.
+    pub solved: bool,
+    /// Measures of the impulses returned.
+    pub measure: Measure,
+    /// The stages gone through, in order.
+    pub stages: Vec<Stage>,
+    /// Factorisations spent in all stages.
+    pub factorisations: usize,
+    /// Wall-clock seconds of the solve alone, final measure excluded.
+    pub seconds: f64,
+    /// Why it is not solved, in words; empty when it is.
+    pub reason: String,
+    /// When not solved and known: the largest t with some r in K such that u_N >= mu |u_T| + t everywhere
+    /// \[m/s\]; at or below 0 no solution need exist.
+    pub strict_feasibility: Option<f64>,
+}
+
+/// Finds the impulses of a friction problem in matrix form.
+pub trait FrictionSolver {
+    /// The solver's name as users write it.
+    fn name(&self) -> &'static str;
+    /// Solves in place: `impulses` is the start on entry (zeros for none) and the best iterate on return, inside
+    /// the cones.
+    fn solve(
+        &mut self,
+        problem: &FrictionProblem,
+        settings: &FrictionSettings,
+        impulses: &mut [f64],
+        watch: &mut Watch,
+    ) -> FrictionOutcome;
+}
