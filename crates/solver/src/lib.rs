@@ -11,6 +11,7 @@ pub mod friction_problem;
 pub mod friction_solver;
 pub mod impulse_solver;
 pub mod lcp;
+pub mod linear;
 pub mod methods;
 mod number;
 pub mod outcome;
