@@ -4,7 +4,9 @@
 pub mod check;
 pub mod collision;
 pub mod cone;
+mod cone_matrix;
 pub mod delassus;
+pub mod exact;
 pub mod file;
 pub mod friction;
 pub mod friction_problem;

@@ -1,6 +1,7 @@
 //! Symbolic analysis: elimination tree, supernodes, and where every block goes (Liu 1990; Davis 2006, chapter 4).
 //! Depends on the pattern alone, so it is kept while the contact graph stands.
 
+use super::front::padded;
 use super::graph::Graph;
 use super::ordering::minimum_degree;
 
@@ -46,6 +47,8 @@ pub struct Analysis {
     /// Scalar position in order of elimination -> scalar row of the matrix.
     pub(super) order: Vec<u32>,
     pub(super) largest_front: usize,
+    /// Length of the panels that a factorisation keeps.
+    pub(super) panels: usize,
     /// Multiply-adds of a factorisation.
     pub flops: f64,
 }
@@ -286,6 +289,11 @@ fn lay_out(graph: &Graph, tree: &Tree, groups: Vec<Group>) -> Analysis {
         }
         let (p, b) = (front.pivot_scalars as f64, front.row_scalars as f64);
         analysis.flops += p * p * p / 3.0 * 2.0 + 2.0 * p * p * b + p * b * b;
+        let mut left = local as usize;
+        for &k in &front.chunks {
+            left -= k as usize;
+            analysis.panels += k as usize * (padded(k as usize) + 2 * padded(left));
+        }
         analysis.largest_front = analysis.largest_front.max(local as usize);
         analysis.fronts.push(front);
     }

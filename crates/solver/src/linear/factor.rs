@@ -54,7 +54,8 @@ impl Factor {
 
     #[inline(always)]
     fn factorize_in<S: Simd>(&mut self, simd: S, analysis: &Analysis, values: &[f64]) -> bool {
-        self.panels.clear();
+        self.panels.resize(analysis.panels, 0.0);
+        let mut panel = 0;
         self.waiting.clear();
         let largest = padded(analysis.largest_front);
         self.front.resize(largest * largest, 0.0);
@@ -66,7 +67,7 @@ impl Factor {
             self.gather(analysis, front, values, stride);
             let mut at = 0;
             for &chunk in &front.chunks {
-                if !self.eliminate(simd, (at, chunk as usize), size, stride) {
+                if !self.eliminate(simd, (at, chunk as usize), (size, stride), &mut panel) {
                     return false;
                 }
                 at += chunk as usize;
@@ -110,23 +111,31 @@ impl Factor {
 
     /// Eliminates one chunk of pivots from the front.
     #[inline(always)]
-    fn eliminate<S: Simd>(&mut self, simd: S, (at, k): (usize, usize), size: usize, stride: usize) -> bool {
+    fn eliminate<S: Simd>(
+        &mut self,
+        simd: S,
+        (at, k): (usize, usize),
+        (size, stride): (usize, usize),
+        panel: &mut usize,
+    ) -> bool {
         let m = size - at - k;
         let ld = padded(m);
-        let start = self.panels.len();
-        self.panels.resize(start + k * k + 2 * k * ld, 0.0);
-        let (inverse, rest) = self.panels[start..].split_at_mut(k * k);
+        let row = padded(k);
+        let (inverse, rest) = self.panels[*panel..].split_at_mut(k * row);
         let (l, u) = rest.split_at_mut(k * ld);
+        let u = &mut u[..k * ld];
+        *panel += k * row + 2 * k * ld;
         let turned = &mut self.turned[..k * ld];
         for c in 0..k {
             let column = &self.front[(at + c) * stride..(at + c) * stride + size];
             for r in 0..k {
-                inverse[r * k + c] = column[at + r];
+                inverse[r * row + c] = column[at + r];
             }
             l[c * ld..c * ld + m].copy_from_slice(&column[at + k..]);
+            l[c * ld + m..(c + 1) * ld].fill(0.0);
             turned[c * ld + m..(c + 1) * ld].fill(0.0);
         }
-        if !invert(inverse, k) {
+        if !invert(simd, inverse, k) {
             return false;
         }
         if m == 0 {
@@ -160,11 +169,11 @@ impl Factor {
             for &k in &front.chunks {
                 let k = k as usize;
                 let ld = padded(size - at - k);
-                let (inverse, rest) = self.panels[panel..].split_at(k * k);
-                multiply(inverse, &touched[at..at + k], &mut z[..k]);
+                let (inverse, rest) = self.panels[panel..].split_at(k * padded(k));
+                multiply(simd, inverse, &touched[at..at + k], &mut z);
                 touched[at..at + k].copy_from_slice(&z[..k]);
                 subtract_columns(simd, &mut touched[at + k..], &rest[..k * ld], &z[..k], ld);
-                panel += k * k + 2 * k * ld;
+                panel += k * padded(k) + 2 * k * ld;
                 at += k;
             }
             self.solution[front.first..][..front.pivot_scalars]
@@ -186,9 +195,10 @@ impl Factor {
             for &k in front.chunks.iter().rev() {
                 let k = k as usize;
                 let ld = padded(size - at);
-                panel -= k * k + 2 * k * ld;
+                let inverse = k * padded(k);
+                panel -= inverse + 2 * k * ld;
                 at -= k;
-                let u = &self.panels[panel + k * k + k * ld..panel + k * k + 2 * k * ld];
+                let u = &self.panels[panel + inverse + k * ld..panel + inverse + 2 * k * ld];
                 let (own, later) = touched.split_at_mut(at + k);
                 subtract_products(simd, &mut own[at..], u, later, ld);
             }
@@ -199,10 +209,17 @@ impl Factor {
     }
 }
 
-/// y = A x for a small matrix stored row by row.
+/// y = A x for a small matrix stored row by row, rows of length `padded(k)` with k the length of x.
 #[inline(always)]
-fn multiply(a: &[f64], x: &[f64], y: &mut [f64]) {
-    for (row, out) in a.chunks_exact(x.len()).zip(y) {
-        *out = row.iter().zip(x).map(|(a, b)| a * b).sum();
+fn multiply<S: Simd>(simd: S, a: &[f64], x: &[f64], y: &mut [f64; 64]) {
+    let row = padded(x.len());
+    let mut full = [0.0; 64];
+    full[..x.len()].copy_from_slice(x);
+    for (line, out) in a.chunks_exact(row).zip(y) {
+        let mut sum = simd.splat_f64s(0.0);
+        for (a, b) in S::as_simd_f64s(line).0.iter().zip(S::as_simd_f64s(&full[..row]).0) {
+            sum = simd.mul_add_f64s(*a, *b, sum);
+        }
+        *out = simd.reduce_sum_f64s(sum);
     }
 }

@@ -9,45 +9,47 @@ pub fn padded(n: usize) -> usize {
     n.div_ceil(8) * 8
 }
 
-/// Inverts the k x k matrix `a` (row by row) in place; false when it is singular.
-pub fn invert(a: &mut [f64], k: usize) -> bool {
+/// Inverts the k x k matrix `a` (row by row, rows of length `padded(k)`) in place; false when it is singular.
+#[inline(always)]
+pub fn invert<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
+    let row = padded(k);
     let mut swaps = [0usize; 64];
     for c in 0..k {
         let mut best = c;
         for r in c + 1..k {
             // the diagonal is kept unless it is clearly worse: swaps cost and rarely help here
-            if a[r * k + c].abs() > 10.0 * a[best * k + c].abs() {
+            if a[r * row + c].abs() > 10.0 * a[best * row + c].abs() {
                 best = r;
             }
         }
         swaps[c] = best;
         if best != c {
-            for j in 0..k {
-                a.swap(c * k + j, best * k + j);
-            }
+            let (low, high) = a.split_at_mut(best * row);
+            low[c * row..][..row].swap_with_slice(&mut high[..row]);
         }
-        let pivot = a[c * k + c];
-        if !(pivot.is_normal()) {
+        let pivot = a[c * row + c];
+        if !pivot.is_normal() {
             return false;
         }
-        let inverse = 1.0 / pivot;
-        a[c * k + c] = 1.0;
-        a[c * k..c * k + k].iter_mut().for_each(|x| *x *= inverse);
-        for r in (0..k).filter(|&r| r != c) {
-            let factor = a[r * k + c];
-            a[r * k + c] = 0.0;
-            let (low, high) = a.split_at_mut(r.max(c) * k);
-            let (target, source) = if r < c {
-                (&mut low[r * k..r * k + k], &high[..k])
-            } else {
-                (&mut high[..k], &low[c * k..c * k + k])
-            };
-            target.iter_mut().zip(source).for_each(|(t, s)| *t -= factor * s);
+        a[c * row + c] = 1.0;
+        let inverse = simd.splat_f64s(1.0 / pivot);
+        for x in S::as_mut_simd_f64s(&mut a[c * row..][..row]).0 {
+            *x = simd.mul_f64s(inverse, *x);
+        }
+        let (above, rest) = a.split_at_mut(c * row);
+        let (own, below) = rest.split_at_mut(row);
+        for target in above.chunks_exact_mut(row).chain(below.chunks_exact_mut(row).take(k - c - 1)) {
+            let factor = simd.splat_f64s(target[c]);
+            target[c] = 0.0;
+            let own = S::as_simd_f64s(own).0;
+            for (t, s) in S::as_mut_simd_f64s(target).0.iter_mut().zip(own) {
+                *t = simd.negate_mul_add_f64s(factor, *s, *t);
+            }
         }
     }
     for c in (0..k).rev().filter(|&c| swaps[c] != c) {
         for r in 0..k {
-            a.swap(r * k + c, r * k + swaps[c]);
+            a.swap(r * row + c, r * row + swaps[c]);
         }
     }
     true
@@ -57,14 +59,15 @@ pub fn invert(a: &mut [f64], k: usize) -> bool {
 /// column l of r.
 #[inline(always)]
 pub fn solve_panel<S: Simd>(simd: S, inverse: &[f64], r: &[f64], u: &mut [f64], m: usize, k: usize) {
+    let row = padded(k);
     for c in 0..k {
         let out = S::as_mut_simd_f64s(&mut u[c * m..(c + 1) * m]).0;
-        let first = simd.splat_f64s(inverse[c * k]);
+        let first = simd.splat_f64s(inverse[c * row]);
         for (o, x) in out.iter_mut().zip(S::as_simd_f64s(&r[..m]).0) {
             *o = simd.mul_f64s(first, *x);
         }
         for l in 1..k {
-            let factor = simd.splat_f64s(inverse[c * k + l]);
+            let factor = simd.splat_f64s(inverse[c * row + l]);
             for (o, x) in out.iter_mut().zip(S::as_simd_f64s(&r[l * m..(l + 1) * m]).0) {
                 *o = simd.mul_add_f64s(factor, *x, *o);
             }
