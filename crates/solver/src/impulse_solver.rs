@@ -1,6 +1,8 @@
 //! The one door to all solvers. Finds impulses; knows rows, cones and bounds; no shape, no world, no clock.
 
-use crate::methods::{direct::Direct, lemke::Lemke, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential};
+use crate::methods::{
+    auto::Auto, direct::Direct, lemke::Lemke, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential,
+};
 use crate::outcome::Outcome;
 use crate::problem::{ContactProblem, Impulses};
 use crate::watch::Watch;
@@ -63,16 +65,22 @@ pub enum SolverKind {
     Direct,
     /// Lemke's pivoting: exact for linear complementarity.
     Lemke,
+    /// Island by island, the cheap sweep first, stronger methods only where the residual asks for them.
+    Auto,
 }
+
+/// Solvers that an island goes on to when the residual asks for more than its own can give, weakest first.
+const STRONGER: [SolverKind; 2] = [SolverKind::Direct, SolverKind::Lemke];
 
 impl SolverKind {
     /// All solvers.
-    pub const ALL: [SolverKind; 5] = [
+    pub const ALL: [SolverKind; 6] = [
         SolverKind::Sequential,
         SolverKind::Pgs,
         SolverKind::PgsMatrix,
         SolverKind::Direct,
         SolverKind::Lemke,
+        SolverKind::Auto,
     ];
     /// The name as users write it.
     pub fn name(self) -> &'static str {
@@ -82,6 +90,20 @@ impl SolverKind {
             SolverKind::PgsMatrix => "pgs_matrix",
             SolverKind::Direct => "direct",
             SolverKind::Lemke => "lemke",
+            SolverKind::Auto => "auto",
+        }
+    }
+    /// True for solvers whose cost or answer gains by solving each island by itself. Sweeps do not: one pass over
+    /// everything visits the same rows in the same order.
+    pub fn goes_by_island(self) -> bool {
+        !matches!(self, SolverKind::Sequential | SolverKind::Pgs | SolverKind::PgsMatrix)
+    }
+    /// The solvers stronger than this one, weakest first; none above the strongest.
+    pub fn stronger(self) -> &'static [SolverKind] {
+        match STRONGER.iter().position(|k| *k == self) {
+            Some(rung) => &STRONGER[rung + 1..],
+            None if self == SolverKind::Auto => &[],
+            None => &STRONGER,
         }
     }
     /// A fresh solver of this kind.
@@ -92,6 +114,7 @@ impl SolverKind {
             SolverKind::PgsMatrix => Box::new(PgsMatrix),
             SolverKind::Direct => Box::new(Direct),
             SolverKind::Lemke => Box::new(Lemke),
+            SolverKind::Auto => Box::new(Auto::<S>::default()),
         }
     }
 }

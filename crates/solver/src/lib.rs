@@ -1,15 +1,18 @@
 //! Contact problems as values, the solvers that find their impulses behind one trait, and the one residual
 //! that judges them all. Knows no shapes, no world and no clock.
 
+pub mod certificate;
 pub mod check;
 pub mod collision;
 pub mod cone;
 pub mod delassus;
+pub mod diagnosis;
 pub mod file;
 pub mod friction;
 pub mod friction_problem;
 pub mod friction_solver;
 pub mod impulse_solver;
+pub mod islands;
 pub mod lcp;
 pub mod methods;
 mod number;
@@ -19,11 +22,14 @@ pub mod problem;
 pub mod residual;
 pub mod watch;
 
+pub use certificate::Certificate;
 pub use delassus::Csr;
+pub use diagnosis::{Diagnosis, diagnose};
 pub use friction_problem::{FrictionProblem, Measure, measure};
 pub use friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 pub use impulse_solver::{ImpulseSolver, SolveSettings, SolverKind};
-pub use outcome::{Outcome, Stop};
+pub use islands::{Islands, Part, Partition};
+pub use outcome::{IslandReport, Outcome, StageReport, Stop};
 pub use problem::{
     BoundedRow, Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, ProblemError, Twist,
 };

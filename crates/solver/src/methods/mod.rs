@@ -6,7 +6,9 @@ use crate::problem::{ContactProblem, Impulses};
 use crate::residual::{residual, residual_of};
 use carom_math::Space;
 
+pub mod auto;
 pub mod direct;
+pub mod ladder;
 pub mod lemke;
 pub mod pgs;
 pub mod pgs_matrix;
@@ -39,5 +41,5 @@ fn overflow<S: Space>(
     let reason = format!(
         "the impulses outgrow all numbers after {iterations} iterations: has the problem a solution?"
     );
-    Some(Outcome { iterations, residual: residual(problem, impulses), stop: Stop::Refused(reason) })
+    Some(Outcome::new(iterations, residual(problem, impulses), Stop::Refused(reason)))
 }

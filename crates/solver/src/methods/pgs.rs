@@ -8,11 +8,15 @@
 use crate::cone::{project, project_tangent};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
 use crate::methods::judged;
-use crate::outcome::Outcome;
+use crate::outcome::{Outcome, Stop};
 use crate::prepared::{Prepared, PreparedContact, Row};
 use crate::problem::{BoundedRow, ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
-use crate::residual::largest;
+use crate::residual::{largest, residual_of};
+use crate::watch::{Progress, Watch, unwatched};
 use carom_math::{Column, Space};
+
+/// Sweeps between two looks at the watch.
+const LOOK_UP: usize = 16;
 
 /// The matrix-free sweep; holds memory between solves, nothing else.
 #[derive(Clone, Debug, Default)]
@@ -31,6 +35,15 @@ impl<S: Space> ImpulseSolver<S> for Pgs<S> {
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
+    ) -> Outcome {
+        self.solve_watched(problem, settings, impulses, &mut unwatched)
+    }
+    fn solve_watched(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+        watch: &mut Watch,
     ) -> Outcome {
         impulses.fit(problem);
         if problem.scalar_rows() == 0 {
@@ -54,6 +67,13 @@ impl<S: Space> ImpulseSolver<S> for Pgs<S> {
             }
             if !change.is_finite() {
                 break;
+            }
+            if sweeps % LOOK_UP == 0 {
+                let progress = Progress { stage: "sweeps", iterations: sweeps, residual: change };
+                if !watch(&progress) {
+                    let left = residual_of(problem, &self.prepared, impulses);
+                    return Outcome::new(sweeps, left, Stop::Interrupted);
+                }
             }
         }
         judged(problem, &self.prepared, (sweeps, settings.tolerance), &self.given, impulses)
