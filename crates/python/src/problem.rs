@@ -2,7 +2,7 @@
 
 use crate::errors;
 use carom::solver::{Csr, Entry, Residual, delassus, file, residual};
-use carom::{ContactProblem, FrictionLaw, Geometry, Impulses, SolveSettings, SolverKind, Stop};
+use carom::{Certificate, ContactProblem, FrictionLaw, Geometry, Impulses, SolveSettings, SolverKind, Stop};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -115,6 +115,24 @@ impl<S: Geometry> Problem<S> {
         let impulses = self.impulses(py, flat)?;
         let problem = self.under(py, law)?;
         Ok(plain_residual(&residual(&problem, &impulses)))
+    }
+
+    /// Certificate of impulses in the order of the scalar rows, as JSON; of the island of a body where one is given,
+    /// and nothing when nothing touches that body.
+    ///
+    /// # Errors
+    /// `BuildError` for a wrong count, law or body.
+    pub fn certificate(
+        &self,
+        py: Python<'_>,
+        flat: &[f64],
+        law: Option<&str>,
+        body: Option<usize>,
+    ) -> PyResult<Option<String>> {
+        let impulses = self.impulses(py, flat)?;
+        let problem = self.under(py, law)?;
+        let found = Certificate::narrowed(&problem, &impulses, body);
+        Ok(found.map(|certificate| certificate.to_json()))
     }
 
     /// Solves without the interpreter's lock: a dictionary with impulse, velocity, residual, iterations, stop.

@@ -4,6 +4,7 @@
 //! of the slip; and the energy identity Delta T = 1/2 x^T (u+ + u-), which holds for any impulses whatever law made
 //! them, so that its closure tells wrong masses or rows from rounding. Knows no solver.
 
+use crate::islands::{Islands, Part};
 use crate::prepared::{Prepared, PreparedContact};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use crate::residual::{Entry, residual_of, velocity_scale};
@@ -85,6 +86,27 @@ impl Certificate {
         }
         certificate.add_energy(problem, &prepared, impulses, &after);
         certificate
+    }
+
+    /// Certifies the island of a body alone, or everything when no body is given; entries and bodies are counted as in
+    /// the whole problem. `None` when nothing touches that body.
+    pub fn narrowed<S: Space>(
+        problem: &ContactProblem<S>,
+        impulses: &Impulses<S>,
+        body: Option<usize>,
+    ) -> Option<Self> {
+        let Some(body) = body else { return Some(Certificate::of(problem, impulses)) };
+        if body >= problem.velocities.len() {
+            return None;
+        }
+        let mut islands = Islands::of(problem);
+        let island = islands.of_body(body)?;
+        let mut part = Part::default();
+        part.take(problem, impulses, &islands, island);
+        let mut certificate = Certificate::of(&part.problem, &part.impulses);
+        certificate.worst_contact = certificate.worst_contact.map(|k| islands.contacts(island)[k]);
+        certificate.worst_bodies = certificate.worst_bodies.map(|(a, b)| (part.bodies[a], part.bodies[b]));
+        Some(certificate)
     }
 
     fn add_contact<S: Space>(

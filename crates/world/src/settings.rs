@@ -59,6 +59,9 @@ pub enum OnInaccurate {
 }
 
 impl OnInaccurate {
+    /// All of them.
+    pub const ALL: [OnInaccurate; 4] =
+        [OnInaccurate::Ignore, OnInaccurate::Warn, OnInaccurate::Raise, OnInaccurate::Escalate];
     /// The name as users write it.
     pub fn name(self) -> &'static str {
         match self {

@@ -16,7 +16,7 @@ use crate::stepping::fixed_step::{FixedStep, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Planar, Rotation, Spatial};
-use carom_solver::{Certificate, ContactProblem, Impulse, Impulses, Islands, Part, Watch, unwatched};
+use carom_solver::{Certificate, ContactProblem, Impulse, Impulses, Watch, unwatched};
 
 /// A world of the plane.
 pub type World2 = World<Planar>;
@@ -290,15 +290,16 @@ impl<S: Geometry> World<S> {
     fn explain_failure(&mut self, error: &mut StepError) {
         let Some(phase) = phase_of(error) else { return };
         let Some(solve) = self.fixed_step.failed.take() else { return };
-        let told = self.scene().explain_failure(phase, &solve);
+        let told = self.scene(true).explain_failure(phase, &solve);
         if let StepError::Inaccurate { explanation, .. } = error {
             *explanation = told.text().replace('\n', "; ");
         }
         self.failure = Some(told);
     }
 
-    fn scene(&self) -> Scene<'_, S> {
+    fn scene(&self, thorough: bool) -> Scene<'_, S> {
         Scene {
+            thorough,
             bodies: &self.bodies,
             settings: &self.settings,
             touches: &self.touches,
@@ -310,7 +311,11 @@ impl<S: Geometry> World<S> {
     /// Why the last step is as accurate as it is; `report` must be that step's, for the problem of an earlier one is
     /// gone. Costs about as much as fifty sweeps over the worst island when the step is inaccurate.
     pub fn explain(&self, report: &StepReport<S>) -> Explanation {
-        self.scene().explain(report)
+        self.scene(true).explain(report)
+    }
+    /// The same without the estimate of the condition: about the cost of a few sweeps.
+    pub fn explain_briefly(&self, report: &StepReport<S>) -> Explanation {
+        self.scene(false).explain(report)
     }
     /// Why the last step failed, when a solve was what failed it: refused, or less accurate than asked.
     pub fn failure(&self) -> Option<&Explanation> {
@@ -319,7 +324,7 @@ impl<S: Geometry> World<S> {
     /// The certificate of the last step's solve, with the worst contact's bodies named; of impacts, that of their
     /// first round. `island` narrows it to the island of a body, by index; `None` when nothing touches that body.
     pub fn certificate(&self, phase: Phase, island: Option<usize>) -> Option<Certificate> {
-        let scene = self.scene();
+        let scene = self.scene(false);
         let (problem, impulses) = match phase {
             Phase::Contact => scene.contact,
             Phase::Impact => scene.impact,
@@ -332,20 +337,7 @@ impl<S: Geometry> World<S> {
             }
             _ => (problem, impulses),
         };
-        let mut certificate = match island {
-            None => Certificate::of(problem, impulses),
-            Some(body) => {
-                let mut islands = Islands::of(problem);
-                let island = if body < problem.velocities.len() { islands.of_body(body) } else { None }?;
-                let mut part = Part::default();
-                part.take(problem, impulses, &islands, island);
-                let mut certificate = Certificate::of(&part.problem, &part.impulses);
-                certificate.worst_contact = certificate.worst_contact.map(|k| islands.contacts(island)[k]);
-                certificate.worst_bodies =
-                    certificate.worst_bodies.map(|(a, b)| (part.bodies[a], part.bodies[b]));
-                certificate
-            }
-        };
+        let mut certificate = Certificate::narrowed(problem, impulses, island)?;
         let name = |body: usize| self.bodies.names[body].clone();
         certificate.worst_names = certificate.worst_bodies.map(|(a, b)| (name(a), name(b)));
         Some(certificate)

@@ -17,6 +17,7 @@ pub struct Ladder<S: Space> {
     islands: Islands,
     part: Part<S>,
     best: Impulses<S>,
+    given: Impulses<S>,
 }
 
 impl<S: Space> Ladder<S> {
@@ -28,6 +29,7 @@ impl<S: Space> Ladder<S> {
             islands: Islands::default(),
             part: Part::default(),
             best: Impulses { contacts: Vec::new(), rows: Vec::new() },
+            given: Impulses { contacts: Vec::new(), rows: Vec::new() },
         }
     }
 
@@ -138,6 +140,7 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
         if problem.scalar_rows() == 0 {
             return Outcome::nothing_to_do();
         }
+        self.given.copy_from(impulses);
         self.islands.update(problem);
         let mut outcome = Outcome::nothing_to_do();
         for island in 0..self.islands.count() {
@@ -150,18 +153,22 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
             self.part.give(impulses, &self.islands, island);
             outcome.iterations += stages.iter().map(|s| s.iterations).sum::<usize>();
             outcome.islands.push(self.report(island, stages, &residual));
-            let is_interrupted = stop == Stop::Interrupted;
-            outcome.stop = match (stop, outcome.stop) {
-                (Stop::Refused(reason), _) => Stop::Refused(self.located(island, &reason)),
-                (Stop::Converged, before) => before,
-                (stop, _) => stop,
-            };
-            if is_interrupted || matches!(outcome.stop, Stop::Refused(_)) {
-                break;
+            match stop {
+                Stop::Interrupted => outcome.stop = stop,
+                Stop::Refused(reason) => {
+                    // a problem is solved or refused as a whole
+                    impulses.copy_from(&self.given);
+                    outcome.stop = Stop::Refused(self.located(island, &reason));
+                }
+                _ => continue,
             }
+            break;
         }
         // measured anew on the whole: what the islands said of themselves is not taken on trust
         outcome.residual = residual(problem, impulses);
+        if outcome.stop == Stop::Converged && outcome.residual.absolute > settings.tolerance {
+            outcome.stop = Stop::OutOfIterations;
+        }
         outcome
     }
 }

@@ -99,6 +99,8 @@ pub struct Scene<'a, S: Geometry> {
     pub impact: (&'a ContactProblem<S>, &'a Impulses<S>),
     /// The kick's problem and its impulses.
     pub contact: (&'a ContactProblem<S>, &'a Impulses<S>),
+    /// False leaves out the estimate of the condition, which costs as much as some fifty sweeps.
+    pub thorough: bool,
 }
 
 impl<S: Geometry> Scene<'_, S> {
@@ -211,7 +213,7 @@ impl<S: Geometry> Scene<'_, S> {
     fn add_causes(&self, told: &mut Explanation, phase: Phase, solve: &SolveReport) {
         let (problem, impulses) = self.problem(phase);
         let Some((part, whole)) = worst_part(problem, impulses, solve) else { return };
-        let found = diagnose(&part.problem, &part.impulses);
+        let found = diagnose(&part.problem, &part.impulses, self.thorough);
         if let Some((ratio, heavy, light)) = found.mass_ratio.filter(|(ratio, _, _)| *ratio >= MASS_RATIO) {
             let (heavy, light) = (self.name(whole[heavy]), self.name(whole[light]));
             let text = format!(
