@@ -29,7 +29,7 @@ SCHEMA_VERSION = 1
 
 Integrator = Literal["trapezoid", "explicit_euler", "semi_implicit_euler", "implicit_midpoint", "rk4"]
 Scheme = Literal["fixed_step"]
-Solver = Literal["pgs", "pgs_matrix", "sequential", "direct", "lemke"]
+Solver = Literal["pgs", "pgs_matrix", "sequential", "direct", "lemke", "auto"]
 Mixing = Literal["min", "max", "mean", "product", "geometric", "harmonic"]
 
 
@@ -46,6 +46,9 @@ class SettingsCommon(Strict):
     tolerance: NotNegative | None = Field(
         default=None,
         description="Residual at which the solver stops [m/s]; 1e-6 when absent, 0 spends all iterations.",
+    )
+    on_inaccurate: Literal["ignore", "warn", "raise", "escalate"] | None = Field(
+        default=None, description='What happens to a solve above the tolerance; "warn" when absent.'
     )
     warm_start: Switch | None = Field(
         default=None, description="Whether a step starts from the last one's impulses; true when absent."
