@@ -20,6 +20,7 @@ import numpy.typing as npt
 from carom import _carom
 from carom._certificate import Certificate
 from carom._problem_file import read_problem, write_problem
+from carom._report import IslandReport
 from carom._space import PLANAR, SPATIAL, Floats, Space, frozen, number, whole
 from carom.errors import BuildError, refused, unknown
 
@@ -59,6 +60,8 @@ class Solution:
     iterations : spent [1]
     status : "converged", "out_of_iterations" or "refused"
     reason : why the method refused, else None; the impulses are then those it started from
+    islands : `carom.IslandReport` of each island where anything pressed, from solvers that go by island;
+        bodies that have no names are told by their rows
     """
 
     solver: str
@@ -71,6 +74,7 @@ class Solution:
     iterations: int
     status: str
     reason: str | None
+    islands: tuple[IslandReport, ...] = ()
 
     @property
     def converged(self) -> bool:
@@ -255,6 +259,9 @@ class ContactProblem:
         BuildError
             For an unknown solver or law, and numbers out of range.
 
+        KeyboardInterrupt
+            After Ctrl-C in a long solve.
+
         A method that cannot solve the problem says so in the solution's status and reason.
         """
         if solver not in _carom.SOLVERS:
@@ -279,6 +286,7 @@ class ContactProblem:
             iterations=found["iterations"],
             status=found["status"],
             reason=found["reason"],
+            islands=tuple(self._island(fields) for fields in found["islands"]),
         )
 
     def residual(self, impulse: npt.ArrayLike, *, friction_law: str | None = None) -> Residual:
@@ -295,6 +303,17 @@ class ContactProblem:
             For a wrong count.
         """
         return Residual(*self._native.residual(self._flat(impulse, "impulse"), friction_law))
+
+    def _island(self, fields: tuple[Any, ...]) -> IslandReport:
+        contacts, rows, bodies, first, residual, relative, worst, stages, why = fields
+
+        def name(body: int) -> str:
+            return self._names[body] if self._names else str(body)
+
+        pair = None if worst is None else (name(worst[0]), name(worst[1]))
+        return IslandReport._told(
+            (contacts, rows, bodies, name(first), residual, relative, pair, stages, why)
+        )
 
     def certificate(
         self, impulse: npt.ArrayLike, *, friction_law: str | None = None, island: int | str | None = None

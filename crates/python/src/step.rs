@@ -24,7 +24,7 @@ fn names<S: Geometry>(world: &World<S>, pair: Option<(usize, usize)>) -> Pair {
 }
 
 /// One solver's work on an island: name, iterations, residual \[m/s\], how it stopped, why it refused.
-type PlainStage = (&'static str, usize, f64, &'static str, Option<String>);
+pub type PlainStage = (&'static str, usize, f64, &'static str, Option<String>);
 
 /// An island: contacts, rows, bodies, name of its first body, residual \[m/s\], relative residual, names of the bodies
 /// of its worst entry, stages, why it went further.
@@ -41,15 +41,6 @@ fn plain_island<S: Geometry>(world: &World<S>, island: &IslandReport, phase: Pha
         Entry::Contact(k) => problem.contacts.get(k).map(|c| (c.a, c.b)),
         Entry::Row(k) => problem.rows.get(k).map(|r| (r.a, r.b)),
     });
-    let stages = island.stages.iter().map(|s| {
-        let (stop, reason) = match &s.stop {
-            Stop::Converged => ("converged", None),
-            Stop::OutOfIterations => ("out_of_iterations", None),
-            Stop::Refused(reason) => ("refused", Some(reason.clone())),
-            Stop::Interrupted => ("interrupted", None),
-        };
-        (s.solver.name(), s.iterations, s.residual, stop, reason)
-    });
     (
         island.contacts,
         island.rows,
@@ -58,9 +49,23 @@ fn plain_island<S: Geometry>(world: &World<S>, island: &IslandReport, phase: Pha
         island.residual,
         island.relative_residual,
         names(world, pair),
-        stages.collect(),
+        plain_stages(island),
         island.why_further(world.settings().tolerance),
     )
+}
+
+/// The stages of an island in plain values.
+pub fn plain_stages(island: &IslandReport) -> Vec<PlainStage> {
+    let plain = |s: &carom::StageReport| {
+        let (stop, reason) = match &s.stop {
+            Stop::Converged => ("converged", None),
+            Stop::OutOfIterations => ("out_of_iterations", None),
+            Stop::Refused(reason) => ("refused", Some(reason.clone())),
+            Stop::Interrupted => ("interrupted", None),
+        };
+        (s.solver.name(), s.iterations, s.residual, stop, reason)
+    };
+    island.stages.iter().map(plain).collect()
 }
 
 /// The findings in plain values.

@@ -30,6 +30,7 @@ SCHEMA_VERSION = 1
 Integrator = Literal["trapezoid", "explicit_euler", "semi_implicit_euler", "implicit_midpoint", "rk4"]
 Scheme = Literal["fixed_step"]
 Solver = Literal["pgs", "pgs_matrix", "sequential", "direct", "lemke", "auto"]
+OnInaccurate = Literal["ignore", "warn", "raise", "escalate"]
 Mixing = Literal["min", "max", "mean", "product", "geometric", "harmonic"]
 
 
@@ -47,7 +48,7 @@ class SettingsCommon(Strict):
         default=None,
         description="Residual at which the solver stops [m/s]; 1e-6 when absent, 0 spends all iterations.",
     )
-    on_inaccurate: Literal["ignore", "warn", "raise", "escalate"] | None = Field(
+    on_inaccurate: OnInaccurate | None = Field(
         default=None, description='What happens to a solve above the tolerance; "warn" when absent.'
     )
     warm_start: Switch | None = Field(
