@@ -48,7 +48,7 @@ class Certificate(Mapping[str, Any]):
         contacts: those that press and slip faster than a hundred residuals
     energy_identity : energy change - work of the impulses - work of moving obstacles [J]; rounding of
         energy_turned_over when masses, rows and velocities belong together
-    energy_change, energy_turned_over : of the bodies' kinetic energy, and the sum of its absolute terms [J]
+    energy_change, energy_turned_over : change of kinetic energy; sum of the absolute terms of both sides [J]
     largest_impulse, velocity_scale : largest normal impulse [N s]; residual of no impulses at all [m/s]
     """
 

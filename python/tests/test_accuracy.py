@@ -56,12 +56,12 @@ def test_the_first_inaccurate_step_warns_and_the_others_do_not(face: Face) -> No
 def test_a_run_warns_once_and_goes_on(face: Face) -> None:
     w = tower(face)
     with pytest.warns(InaccurateWarning, match="step 1 ") as caught:
-        run = w.run(0.5)
+        run = w.run(5 / 60)
     assert len(caught) == 1
     assert caught[0].filename == __file__
-    assert len(run.steps) == 30
-    with pytest.warns(InaccurateWarning, match="step 31 "):
-        w.run(0.1)
+    assert len(run.steps) == 5
+    with pytest.warns(InaccurateWarning, match="step 6 "):
+        w.run(1 / 60)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         w.run(0.1, on_inaccurate="ignore")

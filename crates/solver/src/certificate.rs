@@ -47,7 +47,7 @@ pub struct Certificate {
     pub energy_identity: f64,
     /// Change of the kinetic energy of the bodies that impulses move \[J\].
     pub energy_change: f64,
-    /// Sum of the absolute terms of that change \[J\], against which the identity is measured.
+    /// Sum of the absolute terms of both sides \[J\], against which the identity is measured.
     pub energy_turned_over: f64,
     /// Largest normal impulse \[N s\], against which the cone is measured.
     pub largest_impulse: f64,
@@ -159,6 +159,8 @@ impl Certificate {
         for ((contact, c), g) in problem.contacts.iter().zip(&prepared.contacts).zip(&impulses.contacts) {
             let ((n0, t0), (n1, t1)) = (c.relative_velocity(before), c.relative_velocity(after));
             work += 0.5 * g.normal * (n0 + n1) + 0.5 * g.tangent.dot(t0 + t1);
+            self.energy_turned_over += 0.5 * (g.normal * n0).abs() + 0.5 * (g.normal * n1).abs();
+            self.energy_turned_over += 0.5 * (g.tangent.dot(t0).abs() + g.tangent.dot(t1).abs());
             let force = contact.to_world(g);
             if is_fixed(contact.b) {
                 work += force.dot(before[contact.b].at(contact.arm_b));

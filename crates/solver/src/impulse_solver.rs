@@ -93,8 +93,9 @@ impl SolverKind {
             SolverKind::Auto => "auto",
         }
     }
-    /// True for solvers whose cost or answer gains by solving each island by itself. Sweeps do not: one pass over
-    /// everything visits the same rows in the same order.
+    /// True for solvers whose cost or answer gains by solving each island by itself. Sweeps visit the same rows in the
+    /// same order either way: over everything they are up to twice as fast where one sweep suffices (taking islands
+    /// out costs as much as a sweep), four times slower where one island of a hundred is hard.
     pub fn goes_by_island(self) -> bool {
         !matches!(self, SolverKind::Sequential | SolverKind::Pgs | SolverKind::PgsMatrix)
     }
