@@ -111,7 +111,7 @@ impl Measure {
 /// Projects (normal, tangents) on the cone |x_T| <= mu x_N, in place.
 pub fn project_on_cone(x: &mut [f64], friction: f64) {
     let tangent = x[1..].iter().map(|t| t * t).sum::<f64>().sqrt();
-    if tangent <= friction * x[0] {
+    if x[0] >= 0.0 && tangent <= friction * x[0] {
         return;
     }
     if friction * tangent <= -x[0] {
@@ -135,6 +135,15 @@ pub fn spectral_norm(block: &[Vec<f64>]) -> f64 {
     squared.eigen().0.into_iter().fold(0.0, f64::max).sqrt()
 }
 
+/// |(r - P_K(r - step u_hat)) / step|^2 of one contact with at most three rows \[m^2/s^2\].
+pub fn natural_map_squared(impulse: &[f64], u_hat: &[f64], step: f64, friction: f64) -> f64 {
+    let mut x = [0.0; 3];
+    let x = &mut x[..impulse.len()];
+    x.iter_mut().zip(impulse).zip(u_hat).for_each(|((x, r), u)| *x = r - step * u);
+    project_on_cone(x, friction);
+    x.iter().zip(impulse).map(|(x, r)| ((r - x) / step).powi(2)).sum()
+}
+
 /// Measures impulses against a problem; independent of every solver.
 pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
     let (d, w) = (problem.dimension, &problem.matrix);
@@ -153,11 +162,7 @@ pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
         let mut u_hat = u.to_vec();
         u_hat[0] += mu * slip;
         let block: Vec<Vec<f64>> = range.clone().map(|row| dense_row(w, row, range.clone())).collect();
-        let natural_map = |step: f64| {
-            let mut x: Vec<f64> = r.iter().zip(&u_hat).map(|(r, u)| r - step * u).collect();
-            project_on_cone(&mut x, mu);
-            x.iter().zip(r).map(|(x, r)| ((r - x) / step).powi(2)).sum::<f64>()
-        };
+        let natural_map = |step: f64| natural_map_squared(r, &u_hat, step, mu);
         m.natural += natural_map(1.0);
         m.scaled += natural_map(1.0 / not_zero(spectral_norm(&block)));
         let tangent = length(&r[1..]);
