@@ -1,7 +1,8 @@
 //! The one door to all solvers. Finds impulses; knows rows, cones and bounds; no shape, no world, no clock.
 
 use crate::methods::{
-    auto::Auto, direct::Direct, lemke::Lemke, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential,
+    apgd::Apgd, auto::Auto, direct::Direct, enumeration::Enumeration, lemke::Lemke, nncg::Nncg,
+    on_bodies::OnBodies, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential,
 };
 use crate::outcome::Outcome;
 use crate::problem::{ContactProblem, Impulses};
@@ -65,21 +66,30 @@ pub enum SolverKind {
     Direct,
     /// Lemke's pivoting: exact for linear complementarity.
     Lemke,
+    /// Conjugate gradients over the sweeps of `Pgs`.
+    Nncg,
+    /// Accelerated projected gradients: products with A only.
+    Apgd,
+    /// Every combination of contact modes: an oracle for a handful of contacts.
+    Enumeration,
     /// Island by island, the cheap sweep first, stronger methods only where the residual asks for them.
     Auto,
 }
 
 /// Solvers that an island goes on to when the residual asks for more than its own can give, weakest first.
-const STRONGER: [SolverKind; 2] = [SolverKind::Direct, SolverKind::Lemke];
+const STRONGER: [SolverKind; 3] = [SolverKind::Nncg, SolverKind::Direct, SolverKind::Lemke];
 
 impl SolverKind {
     /// All solvers.
-    pub const ALL: [SolverKind; 6] = [
+    pub const ALL: [SolverKind; 9] = [
         SolverKind::Sequential,
         SolverKind::Pgs,
         SolverKind::PgsMatrix,
         SolverKind::Direct,
         SolverKind::Lemke,
+        SolverKind::Nncg,
+        SolverKind::Apgd,
+        SolverKind::Enumeration,
         SolverKind::Auto,
     ];
     /// The name as users write it.
@@ -90,6 +100,9 @@ impl SolverKind {
             SolverKind::PgsMatrix => "pgs_matrix",
             SolverKind::Direct => "direct",
             SolverKind::Lemke => "lemke",
+            SolverKind::Nncg => "nncg",
+            SolverKind::Apgd => "apgd",
+            SolverKind::Enumeration => "enumeration",
             SolverKind::Auto => "auto",
         }
     }
@@ -115,6 +128,9 @@ impl SolverKind {
             SolverKind::PgsMatrix => Box::new(PgsMatrix),
             SolverKind::Direct => Box::new(Direct),
             SolverKind::Lemke => Box::new(Lemke),
+            SolverKind::Nncg => Box::new(OnBodies::<S, Nncg>::default()),
+            SolverKind::Apgd => Box::new(OnBodies::<S, Apgd>::default()),
+            SolverKind::Enumeration => Box::new(Enumeration),
             SolverKind::Auto => Box::new(Auto::<S>::default()),
         }
     }

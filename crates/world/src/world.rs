@@ -351,7 +351,17 @@ impl<S: Geometry> World<S> {
     fn advance(&mut self, dt: f64, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
         let before = self.energy();
         self.narrow_phase.update(&self.bodies, &self.settings, dt, &mut self.touches);
-        let scheme = self.advance_scheme(dt, watch)?;
+        let mut stopped = false;
+        let scheme = self.advance_scheme(dt, &mut |progress| {
+            let goes_on = watch(progress);
+            stopped |= !goes_on;
+            goes_on
+        })?;
+        if stopped {
+            // the solve came to its end at the very look that asked to stop
+            let contacts = self.fixed_step.problem.contacts.len();
+            return Err(StepError::Interrupted { phase: Phase::Contact.name(), contacts, time: self.time });
+        }
         self.normalize_rotations();
         self.check_after()?;
         Ok(self.observe(before, scheme, dt))

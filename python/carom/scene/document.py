@@ -29,7 +29,9 @@ SCHEMA_VERSION = 1
 
 Integrator = Literal["trapezoid", "explicit_euler", "semi_implicit_euler", "implicit_midpoint", "rk4"]
 Scheme = Literal["fixed_step"]
-Solver = Literal["pgs", "pgs_matrix", "sequential", "direct", "lemke", "auto"]
+Solver = Literal[
+    "sequential", "pgs", "pgs_matrix", "direct", "lemke", "nncg", "apgd", "enumeration", "auto"
+]  # fmt: skip
 OnInaccurate = Literal["ignore", "warn", "raise", "escalate"]
 Mixing = Literal["min", "max", "mean", "product", "geometric", "harmonic"]
 
