@@ -11,6 +11,7 @@ mod judge;
 mod lane;
 mod local;
 mod newton;
+mod operator;
 mod proximal;
 mod scaled;
 mod stage;
