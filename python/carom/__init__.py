@@ -17,6 +17,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from carom import _carom, collision, errors, impact, planar, spatial
+from carom._friction_problem import FrictionMeasure, FrictionProblem, FrictionSolution
 from carom._problem import ContactProblem, Residual, Solution
 from carom._report import Snapshot, StepReport
 from carom.errors import (
@@ -41,6 +42,8 @@ __version__: str = _carom.__version__
 LEDGER_LINES: tuple[str, ...] = tuple(_carom.LEDGER_LINES)
 #: Solvers by name.
 SOLVERS: tuple[str, ...] = tuple(_carom.SOLVERS)
+#: Solvers of friction problems by name.
+FRICTION_SOLVERS: tuple[str, ...] = tuple(_carom.FRICTION_SOLVERS)
 #: Meaning of the codes of a contact's `status`.
 CONTACT_STATUS: tuple[str, ...] = tuple(_carom.CONTACT_STATUS)
 
@@ -86,6 +89,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "CONTACT_STATUS",
+    "FRICTION_SOLVERS",
     "LEDGER_LINES",
     "SOLVERS",
     "BuildError",
@@ -93,6 +97,9 @@ __all__ = [
     "CaromError",
     "Comparison",
     "ContactProblem",
+    "FrictionMeasure",
+    "FrictionProblem",
+    "FrictionSolution",
     "Residual",
     "Run",
     "RunFileError",

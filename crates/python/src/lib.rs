@@ -8,6 +8,7 @@ mod chunk;
 mod classes;
 mod errors;
 mod fields;
+mod friction_problem;
 mod pieces;
 mod problem;
 mod records;
@@ -85,6 +86,7 @@ fn _carom(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<SpatialProblem>()?;
     m.add_class::<PlanarPieces>()?;
     m.add_class::<SpatialPieces>()?;
+    m.add_class::<friction_problem::PyFrictionProblem>()?;
     m.add_function(wrap_pyfunction!(scene_names, m)?)?;
     m.add_function(wrap_pyfunction!(build_scene, m)?)?;
     m.add_function(wrap_pyfunction!(decompose, m)?)?;
@@ -92,6 +94,7 @@ fn _carom(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(energy_lost, m)?)?;
     m.add("LEDGER_LINES", Ledger::NAMES.to_vec())?;
     m.add("SOLVERS", SolverKind::ALL.map(SolverKind::name).to_vec())?;
+    m.add("FRICTION_SOLVERS", friction_problem::solver_names())?;
     m.add("STOPS", records::STOPS.to_vec())?;
     m.add("CONTACT_STATUS", records::CONTACT_STATUS.to_vec())?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
