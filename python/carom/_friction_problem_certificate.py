@@ -307,9 +307,10 @@ def project_on_cones(x: Floats, mu: Floats) -> Floats:
     """Rows of (k, d) projected on |x_T| <= mu x_N."""
     normal, push = x[:, 0], _length(x[:, 1:])
     found = x.copy()
-    is_polar = (push > mu * normal) & (mu * push <= -normal)
+    is_inside = (push <= mu * normal) & (normal >= 0)  # 0 <= -0 where there is no friction
+    is_polar = ~is_inside & (mu * push <= -normal)
     found[is_polar] = 0.0
-    sides = np.flatnonzero((push > mu * normal) & ~is_polar)
+    sides = np.flatnonzero(~is_inside & ~is_polar)
     along = (normal[sides] + mu[sides] * push[sides]) / (1 + mu[sides] ** 2)
     found[sides, 0] = along
     found[sides, 1:] *= (mu[sides] * along / push[sides])[:, None]

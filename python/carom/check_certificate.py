@@ -21,7 +21,8 @@ def load_problem(path: str) -> dict[str, Any]:
     """Numbers of a problem: d, q, mu, target, and W as rows, columns and values in order, zeros left out."""
     if Path(path).suffix == ".npz":
         with np.load(path, allow_pickle=False) as z:
-            p = {"d": int(z["d"]), "q": z["q"], "target": z["target"] if "target" in z.files else 0 * z["q"]}
+            p = {"d": int(z["d"]), "q": z["q"], "target": abs(0 * z["q"])}
+            p["target"] = z["target"] if "target" in z.files else p["target"]
             p["mu"] = z["mu"] if "mu" in z.files else np.zeros(len(p["q"]))
             values, columns, starts = z["W_data"], z["W_indices"], z["W_indptr"]
             rows = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
@@ -32,7 +33,7 @@ def load_problem(path: str) -> dict[str, Any]:
             g, w = f["fclib_local"], f["fclib_local/W"]
             assert "V" not in g, "bilateral rows: save the problem as .npz"
             p = {"d": int(g["spacedim"][0]), "q": g["vectors/q"][...], "mu": g["vectors/mu"][...]}
-            p["target"], nz = 0 * p["q"], int(w["nz"][0])
+            p["target"], nz = abs(0 * p["q"]), int(w["nz"][0])
             place, line = w["i"][...], w["p"][...]
             line = line if nz >= 0 else np.repeat(np.arange(len(line) - 1), np.diff(line))
             rows, columns = (line, place) if nz == -2 else (place, line)
@@ -54,7 +55,7 @@ def project(x: Any, mu: Any) -> Any:
     n = (x[:, 0] + mu * t) / (1 + mu * mu)
     side = np.column_stack([n, x[:, 1:] * (mu * n / np.where(t > 0, t, 1))[:, None]])
     out = np.where((mu * t <= -x[:, 0])[:, None], 0.0, side)
-    return np.where((t <= mu * x[:, 0])[:, None], x, out)
+    return np.where(((t <= mu * x[:, 0]) & (x[:, 0] >= 0))[:, None], x, out)
 
 
 def islands(k: int, a: Any, b: Any) -> Any:
@@ -153,7 +154,7 @@ def main(words: list[str]) -> int:
         assert np.isfinite(r).all(), "impulses must be finite"
         wrong = [] if stated is None else disagreements(stated, problem, r)
         found = measured(problem, r, 1e-8 if stated is None else float(stated["tolerance"]))[0]
-    except (OSError, ValueError, KeyError, IndexError, TypeError, AssertionError) as error:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, AssertionError) as error:
         print(f"cannot check: {error!r}; give PROBLEM R.npy [CERTIFICATE.json]", file=sys.stderr)
         return 2
     agrees = None if stated is None else not wrong
