@@ -2,6 +2,7 @@
 //! lock, stopped by Ctrl-C. Converts and guards; knows no physics.
 
 use crate::errors;
+use carom::solver::exact::Exact;
 use carom::solver::{
     Csr, FrictionOutcome, FrictionProblem, FrictionSettings, FrictionSolver, Measure, Progress, measure,
 };
@@ -20,12 +21,14 @@ pub struct PyFrictionProblem {
 }
 
 /// Names of the solvers of these problems.
-pub fn solver_names() -> Vec<&'static str> {
-    Vec::new()
-}
+pub const SOLVERS: [&str; 1] = ["exact"];
 
-fn solver_by_name(_name: &str) -> Option<Box<dyn FrictionSolver + Send>> {
-    None
+/// A fresh solver by name.
+fn make(name: &str) -> Option<Box<dyn FrictionSolver>> {
+    match name {
+        "exact" => Some(Box::new(Exact)),
+        _ => None,
+    }
 }
 
 /// Whole numbers that count or point: none below zero.
@@ -130,10 +133,10 @@ impl PyFrictionProblem {
         start: Option<PyReadonlyArray1<'py, f64>>,
         tell: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let mut method = solver_by_name(solver).ok_or_else(|| {
-            let problem = format!("must be one of {}, got {solver:?}", solver_names().join(", "));
-            errors::argument(py, "solver", &problem, "choose one of them")
-        })?;
+        if !SOLVERS.contains(&solver) {
+            let problem = format!("must be one of {}, got {solver:?}", SOLVERS.join(", "));
+            return Err(errors::argument(py, "solver", &problem, "choose one of them"));
+        }
         let mut impulses = match start {
             Some(flat) => self.impulses(py, "start", &flat)?,
             None => vec![0.0; self.inner.velocity.len()],
@@ -141,6 +144,7 @@ impl PyFrictionProblem {
         let settings = FrictionSettings { tolerance, iterations, factorisations };
         let mut watcher = Watcher { tell, looked: Instant::now(), stopped: false, error: None };
         let outcome = py.detach(|| {
+            let mut method = make(solver).expect("a name of the list has a solver");
             method.solve(&self.inner, &settings, &mut impulses, &mut |at: &Progress| watcher.look(at))
         });
         let dict = plain_outcome(py, &outcome)?;
