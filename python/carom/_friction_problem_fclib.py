@@ -153,7 +153,7 @@ def write_fclib(path: Path, problem: Any, impulse: Floats | None, *, whole: bool
                 vectors.create_dataset(name, data=vector)
         info = group.create_group("info")
         for name, words in (("title", problem.name), ("description", problem.source), ("math_info", "")):
-            info.create_dataset(name, data=np.bytes_((words or " ").encode("utf-8")))
+            _text(info, name, words)
         if impulse is not None:
             solution = file.create_group("solution")
             solution.create_dataset("r", data=impulse)
@@ -172,6 +172,12 @@ def _write_matrix(group: h5py.Group, name: str, matrix: Any, nz: int) -> None:
     place.create_dataset("p", data=matrix.indptr.astype(np.int32))
     place.create_dataset("i", data=matrix.indices.astype(np.int32))
     place.create_dataset("x", data=matrix.data)
+
+
+def _text(group: h5py.Group, name: str, words: str) -> None:
+    """A text with the closing zero that readers in C count on."""
+    written = words.encode("utf-8")
+    group.create_dataset(name, data=written, dtype=h5py.string_dtype("utf-8", len(written) + 1))
 
 
 def _whole_number(group: h5py.Group, name: str, value: int) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from friction_files import ARCH, DATA, ROCKS, bodies, problem_of, write_fclib
+from friction_files import ARCH, ROCKS, bodies, problem_of, write_fclib
 from test_cli import SCENE
 
 from carom import FRICTION_SOLVERS, FrictionProblem, check_certificate
@@ -90,7 +90,7 @@ def test_what_is_not_solved_has_exit_code_one_and_a_reason(
         (["solve", "none.npz"], "none.npz': cannot be read: No such file"),
         (["solve", "rocks.npz", "--solver", "exakt"], "unknown solver 'exakt'; did you mean 'exact'"),
         (["solve", "rocks.npz", "--tolerance", "nan"], "tolerance must be finite"),
-        (["solve", "rocks.npz", "--tolerance", "x"], "is not a valid float"),
+        (["solve", "rocks.npz", "--tolerance", "x"], "--tolerance"),
         (["solve", "rocks.npz", "--repeat", "0"], "repeat"),
         (["solve", "rocks.npz", "--out", "r.txt"], "r.txt': has no known suffix"),
         (["solve", "rocks.npz", "--start", "rocks.npz"], "give impulses as .npy"),
@@ -196,10 +196,23 @@ def test_solvers_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_ctrl_c_keeps_the_best_impulses(folder: Path) -> None:
-    command = [sys.executable, "-m", "carom.cli", "problem", "solve", str(DATA / ARCH.name), "--solver", "pgs",
-               "--tolerance", "0", "--iterations", "2000000000", "--out", "r.npy", "--json"]  # fmt: skip
+    words = [
+        "problem",
+        "solve",
+        "arch.npz",
+        "--solver",
+        "pgs",
+        "--tolerance",
+        "0",
+        "--iterations",
+        "2000000000",
+    ]
+    code = "import sys; from carom.cli import main; print('ready', file=sys.stderr, flush=True); "
+    command = [sys.executable, "-c", f"{code} sys.exit(main({[*words, '--out', 'r.npy', '--json']!r}))"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(4.0)
+    assert process.stderr is not None
+    assert process.stderr.readline() == "ready\n"
+    time.sleep(1.5)
     assert process.poll() is None, process.communicate()
     process.send_signal(signal.SIGINT)
     begun = time.monotonic()
