@@ -7,6 +7,8 @@ read as what `ContactProblem.save` wrote. Knows no physics.
 from __future__ import annotations
 
 import json
+import struct
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -45,13 +47,18 @@ def read_friction_problem(cls: type[Problem], path: Path) -> Problem:
         raise _in_file(path, error) from error
     except OSError as error:
         raise refused_file(path, f"cannot be read: {_reason(error)}", "check the path") from error
-    except (ValueError, KeyError, TypeError, EOFError, RuntimeError, MemoryError, AttributeError) as error:
+    except _MALFORMED as error:
         raise refused_file(path, f"is no friction problem: {str(error)[:200]}", _LAYOUTS) from error
     except (zipfile.BadZipFile, zlib.error, NotImplementedError) as error:
         raise refused_file(path, f"is no archive of arrays: {str(error)[:200]}", _LAYOUTS) from error
     return found if found.name else found.renamed(path.stem)
 
 
+#: What readers of archives, of array headers and of HDF5 raise on bytes that are none.
+_MALFORMED = (
+    ValueError, LookupError, TypeError, EOFError, RuntimeError, MemoryError, AttributeError, ArithmeticError,
+    SyntaxError, tokenize.TokenError, struct.error,
+)  # fmt: skip
 _LAYOUTS = "see `carom.FrictionProblem` for the layouts"
 
 
@@ -216,7 +223,7 @@ def read_impulse_file(path: Path) -> Floats:
         raise _in_file(path, error) from error
     except OSError as error:
         raise refused_file(path, f"cannot be read: {_reason(error)}", "check the path") from error
-    except (ValueError, TypeError, EOFError, KeyError, RuntimeError) as error:
+    except _MALFORMED as error:
         raise refused_file(path, f"holds no impulses: {str(error)[:200]}", "give impulses as .npy") from error
 
 
