@@ -4,7 +4,8 @@
 use crate::errors;
 use carom::solver::exact::Exact;
 use carom::solver::{
-    Csr, FrictionOutcome, FrictionProblem, FrictionSettings, FrictionSolver, Measure, Progress, measure,
+    Csr, FrictionOutcome, FrictionProblem, FrictionSettings, FrictionSolver, FrictionSolverKind, Measure,
+    Progress, measure,
 };
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -21,13 +22,16 @@ pub struct PyFrictionProblem {
 }
 
 /// Names of the solvers of these problems.
-pub const SOLVERS: [&str; 1] = ["exact"];
+pub fn solver_names() -> Vec<&'static str> {
+    let others = FrictionSolverKind::ALL.map(FrictionSolverKind::name);
+    std::iter::once("exact").chain(others.into_iter().filter(|name| *name != "exact")).collect()
+}
 
 /// A fresh solver by name.
 fn make(name: &str) -> Option<Box<dyn FrictionSolver>> {
     match name {
         "exact" => Some(Box::new(Exact)),
-        _ => None,
+        other => other.parse::<FrictionSolverKind>().ok().map(FrictionSolverKind::make),
     }
 }
 
@@ -133,8 +137,8 @@ impl PyFrictionProblem {
         start: Option<PyReadonlyArray1<'py, f64>>,
         tell: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        if !SOLVERS.contains(&solver) {
-            let problem = format!("must be one of {}, got {solver:?}", SOLVERS.join(", "));
+        if make(solver).is_none() {
+            let problem = format!("must be one of {}, got {solver:?}", solver_names().join(", "));
             return Err(errors::argument(py, "solver", &problem, "choose one of them"));
         }
         let mut impulses = match start {

@@ -94,7 +94,7 @@ fn _carom(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(energy_lost, m)?)?;
     m.add("LEDGER_LINES", Ledger::NAMES.to_vec())?;
     m.add("SOLVERS", SolverKind::ALL.map(SolverKind::name).to_vec())?;
-    m.add("FRICTION_SOLVERS", friction_problem::SOLVERS.to_vec())?;
+    m.add("FRICTION_SOLVERS", friction_problem::solver_names())?;
     m.add("STOPS", records::STOPS.to_vec())?;
     m.add("CONTACT_STATUS", records::CONTACT_STATUS.to_vec())?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))

@@ -2,7 +2,7 @@
 //! and per contact r in K, u + mu |u_T| n in K*, orthogonal to each other (De Saxce's form of Coulomb's law;
 //! theory chapter 7). Knows no bodies: W is whatever was measured or assembled.
 
-use crate::cone_matrix::spectral_norm;
+use crate::cone_matrix;
 use crate::delassus::Csr;
 use crate::problem::ProblemError;
 
@@ -111,8 +111,7 @@ impl Measure {
 /// Projects (normal, tangents) on the cone |x_T| <= mu x_N, in place.
 pub fn project_on_cone(x: &mut [f64], friction: f64) {
     let tangent = x[1..].iter().map(|t| t * t).sum::<f64>().sqrt();
-    // without friction the first alone would take x_N < 0 for inside: 0 <= -0
-    if tangent <= friction * x[0] && x[0] >= 0.0 {
+    if x[0] >= 0.0 && tangent <= friction * x[0] {
         return;
     }
     if friction * tangent <= -x[0] {
@@ -123,6 +122,26 @@ pub fn project_on_cone(x: &mut [f64], friction: f64) {
     let scale = friction * normal / tangent;
     x[0] = normal;
     x[1..].iter_mut().for_each(|t| *t *= scale);
+}
+
+/// Spectral norm of a dense block of at most three rows.
+pub fn spectral_norm(block: &[Vec<f64>]) -> f64 {
+    let rows = block.concat();
+    match block.len() {
+        0 => 0.0,
+        1 => cone_matrix::spectral_norm::<1>(&rows),
+        2 => cone_matrix::spectral_norm::<2>(&rows),
+        _ => cone_matrix::spectral_norm::<3>(&rows),
+    }
+}
+
+/// |(r - P_K(r - step u_hat)) / step|^2 of one contact with at most three rows \[m^2/s^2\].
+pub fn natural_map_squared(impulse: &[f64], u_hat: &[f64], step: f64, friction: f64) -> f64 {
+    let mut x = [0.0; 3];
+    let x = &mut x[..impulse.len()];
+    x.iter_mut().zip(impulse).zip(u_hat).for_each(|((x, r), u)| *x = r - step * u);
+    project_on_cone(x, friction);
+    x.iter().zip(impulse).map(|(x, r)| ((r - x) / step).powi(2)).sum()
 }
 
 /// Measures impulses against a problem; independent of every solver.
@@ -142,19 +161,10 @@ pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
         let slip = length(&u[1..]);
         let mut u_hat = u.to_vec();
         u_hat[0] += mu * slip;
-        let block: Vec<f64> = range.clone().flat_map(|row| dense_row(w, row, range.clone())).collect();
-        let norm = match d {
-            1 => spectral_norm::<1>(&block),
-            2 => spectral_norm::<2>(&block),
-            _ => spectral_norm::<3>(&block),
-        };
-        let natural_map = |step: f64| {
-            let mut x: Vec<f64> = r.iter().zip(&u_hat).map(|(r, u)| r - step * u).collect();
-            project_on_cone(&mut x, mu);
-            x.iter().zip(r).map(|(x, r)| ((r - x) / step).powi(2)).sum::<f64>()
-        };
+        let block: Vec<Vec<f64>> = range.clone().map(|row| dense_row(w, row, range.clone())).collect();
+        let natural_map = |step: f64| natural_map_squared(r, &u_hat, step, mu);
         m.natural += natural_map(1.0);
-        m.scaled += natural_map(1.0 / not_zero(norm));
+        m.scaled += natural_map(1.0 / not_zero(spectral_norm(&block)));
         let tangent = length(&r[1..]);
         m.cone = m.cone.max(tangent - mu * r[0]).max(-r[0]);
         m.penetration = m.penetration.max(-u[0]);

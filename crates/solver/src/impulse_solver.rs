@@ -1,6 +1,9 @@
 //! The one door to all solvers. Finds impulses; knows rows, cones and bounds; no shape, no world, no clock.
 
-use crate::methods::{direct::Direct, lemke::Lemke, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential};
+use crate::methods::{
+    apgd::Apgd, direct::Direct, enumeration::Enumeration, lemke::Lemke, nncg::Nncg, on_bodies::OnBodies,
+    pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential,
+};
 use crate::outcome::Outcome;
 use crate::problem::{ContactProblem, Impulses};
 use crate::watch::Watch;
@@ -63,16 +66,25 @@ pub enum SolverKind {
     Direct,
     /// Lemke's pivoting: exact for linear complementarity.
     Lemke,
+    /// Conjugate gradients over the sweeps of `Pgs`.
+    Nncg,
+    /// Accelerated projected gradients: products with A only.
+    Apgd,
+    /// Every combination of contact modes: an oracle for a handful of contacts.
+    Enumeration,
 }
 
 impl SolverKind {
     /// All solvers.
-    pub const ALL: [SolverKind; 5] = [
+    pub const ALL: [SolverKind; 8] = [
         SolverKind::Sequential,
         SolverKind::Pgs,
         SolverKind::PgsMatrix,
         SolverKind::Direct,
         SolverKind::Lemke,
+        SolverKind::Nncg,
+        SolverKind::Apgd,
+        SolverKind::Enumeration,
     ];
     /// The name as users write it.
     pub fn name(self) -> &'static str {
@@ -82,6 +94,9 @@ impl SolverKind {
             SolverKind::PgsMatrix => "pgs_matrix",
             SolverKind::Direct => "direct",
             SolverKind::Lemke => "lemke",
+            SolverKind::Nncg => "nncg",
+            SolverKind::Apgd => "apgd",
+            SolverKind::Enumeration => "enumeration",
         }
     }
     /// A fresh solver of this kind.
@@ -92,6 +107,9 @@ impl SolverKind {
             SolverKind::PgsMatrix => Box::new(PgsMatrix),
             SolverKind::Direct => Box::new(Direct),
             SolverKind::Lemke => Box::new(Lemke),
+            SolverKind::Nncg => Box::new(OnBodies::<S, Nncg>::default()),
+            SolverKind::Apgd => Box::new(OnBodies::<S, Apgd>::default()),
+            SolverKind::Enumeration => Box::new(Enumeration),
         }
     }
 }

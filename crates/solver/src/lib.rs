@@ -11,6 +11,7 @@ pub mod file;
 pub mod friction;
 pub mod friction_problem;
 pub mod friction_solver;
+pub mod friction_solver_kind;
 pub mod impulse_solver;
 pub mod lcp;
 pub mod linear;
@@ -25,6 +26,7 @@ pub mod watch;
 pub use delassus::Csr;
 pub use friction_problem::{FrictionProblem, Measure, measure};
 pub use friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
+pub use friction_solver_kind::FrictionSolverKind;
 pub use impulse_solver::{ImpulseSolver, SolveSettings, SolverKind};
 pub use outcome::{Outcome, Stop};
 pub use problem::{

@@ -6,8 +6,14 @@ use crate::problem::{ContactProblem, Impulses};
 use crate::residual::{residual, residual_of};
 use carom_math::Space;
 
+pub mod apgd;
 pub mod direct;
+pub mod enumeration;
+pub mod first_order;
 pub mod lemke;
+pub mod nncg;
+pub mod on_bodies;
+pub mod on_matrix;
 pub mod pgs;
 pub mod pgs_matrix;
 pub mod sequential;
