@@ -14,8 +14,10 @@ import h5py
 import numpy as np
 import pytest
 from friction_files import ARCH, DATA, ROCKS, block, problem_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from carom import FrictionProblem, RunFileError, check_certificate
+from carom import FRICTION_SOLVERS, FrictionProblem, RunFileError, check_certificate
 from carom._friction_problem_certificate import Certificate, project_on_cones
 
 FOLDER = Path(os.environ.get("CAROM_CONTACT_PROBLEMS", "/nonexistent"))
@@ -85,6 +87,40 @@ def _agrees_with(theirs: dict[str, Any], ours: Any, noise: float, kind: str) -> 
     for key, mine in names.items():
         assert getattr(ours, mine) == pytest.approx(theirs[key], rel=1e-12, abs=10 * noise), key
     assert theirs["status"] == {"take_off": ours.take_off, "stick": ours.stick, "slip": ours.slip}
+
+
+@pytest.mark.parametrize("solver", FRICTION_SOLVERS)
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    contacts=st.integers(1, 6),
+    d=st.integers(1, 3),
+    rank=st.integers(1, 18),
+    scale=st.sampled_from([1.0, 1e-6, 1e6]),
+    friction=st.sampled_from([0.0, 0.3, 1.0, 10.0]),
+    asymmetry=st.sampled_from([0.0, 1e-3]),
+)
+def test_every_answer_is_certified_or_refused(
+    solver: str, seed: int, contacts: int, d: int, rank: int, scale: float, friction: float, asymmetry: float
+) -> None:
+    """Full rank or not, badly scaled between contacts, frictionless or sticky, not symmetric."""
+    draw = np.random.default_rng(seed)
+    n = d * contacts
+    sizes = np.repeat(scale ** draw.uniform(0, 1, contacts), d)
+    a = draw.standard_normal((n, rank)) * sizes[:, None]
+    w = a @ a.T
+    w = w * (1 + asymmetry * draw.standard_normal((n, n)))
+    mu = np.full(contacts, friction if d > 1 else 0.0)
+    p = problem_of(w, draw.standard_normal(n), mu, d)
+    found = p.solve(solver, 1e-8, iterations=2000, factorisations=200)
+    assert np.isfinite(found.impulse).all()
+    assert found.measure == p.measure(found.impulse)
+    assert found.solved == found.measure.solves(1e-8)
+    assert found.solved == (not found.reason)
+    certificate = p.certificate(found.impulse).to_dict()
+    rows, columns = np.nonzero(w)
+    plain = {"d": d, "q": p.q, "mu": p.mu, "target": np.zeros(n), "w": (rows, columns, w[rows, columns])}
+    assert check_certificate.disagreements(certificate, plain, found.impulse.ravel()) == []
 
 
 def test_linear_complementarity_has_the_smaller_of_both_as_its_error() -> None:

@@ -151,7 +151,9 @@ def test_convert_there_and_back(folder: Path, capsys: pytest.CaptureFixture[str]
     assert same.body_form is not None
 
 
-def test_show_tells_what_a_problem_is(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_tells_what_a_problem_is(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert main(["problem", "show", "rocks.npz", "--json"]) == 0
     facts = told(capsys)
     w = FrictionProblem.load("rocks.npz").matrix.toarray()
@@ -166,6 +168,11 @@ def test_show_tells_what_a_problem_is(folder: Path, capsys: pytest.CaptureFixtur
     printed = capsys.readouterr().out
     for words in ("44", "islands", "redundant rows", "asymmetry", "block ratio", "friction", "speed"):
         assert words in printed
+    monkeypatch.setattr("carom.cli.problem_tables.MOST_FOR_RANK", 10)
+    assert main(["problem", "show", "rocks.npz"]) == 0
+    assert "found with --rank" in capsys.readouterr().out
+    assert main(["problem", "show", "rocks.npz", "--rank", "--json"]) == 0
+    assert told(capsys)["rank"] == facts["rank"]
     problem_of(np.diag([1.0, 0.0]), [-1.0, 1.0], [0.0, 0.0], 1).save("lcp.npz")
     assert main(["problem", "show", "lcp.npz", "--json"]) == 0
     facts = told(capsys)

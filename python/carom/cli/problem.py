@@ -156,9 +156,13 @@ def convert_command(
     typer.echo(f"{target}: {problem!r}")
 
 
-def show_command(file: FileArgument, as_json: JsonOption = False) -> None:
+def show_command(
+    file: FileArgument,
+    rank: Annotated[bool, typer.Option("--rank", help="Find the rank of a large W as well.")] = False,
+    as_json: JsonOption = False,
+) -> None:
     """Tell what a problem is: contacts, islands, rank, asymmetry, how far its blocks differ in size."""
-    facts = facts_of(FrictionProblem.load(file))
+    facts = facts_of(FrictionProblem.load(file), rank)
     if as_json:
         _print_json(facts)
     else:
