@@ -16,7 +16,7 @@ import pytest
 from friction_files import ARCH, ROCKS, bodies, problem_of, write_fclib
 from test_cli import SCENE
 
-from carom import FRICTION_SOLVERS, FrictionProblem, check_certificate
+from carom import FRICTION_SOLVERS, FrictionProblem, check_certificate, planar
 from carom._friction_problem_certificate import Certificate
 from carom.cli import main
 
@@ -173,6 +173,13 @@ def test_show_tells_what_a_problem_is(
     assert "found with --rank" in capsys.readouterr().out
     assert main(["problem", "show", "rocks.npz", "--rank", "--json"]) == 0
     assert told(capsys)["rank"] == facts["rank"]
+    w = planar.World()
+    w.add_static("floor", planar.HalfPlane())
+    for i, mass in enumerate((1.0, 1000.0)):
+        w.add_body(f"box{i}", planar.Box(1, 1), mass=mass, position=(0, 0.5 + i))
+    FrictionProblem.from_problem(w.problem()).save("stack.npz")
+    assert main(["problem", "show", "stack.npz", "--json"]) == 0
+    assert told(capsys)["mass_ratio"] == pytest.approx(1000)
     problem_of(np.diag([1.0, 0.0]), [-1.0, 1.0], [0.0, 0.0], 1).save("lcp.npz")
     assert main(["problem", "show", "lcp.npz", "--json"]) == 0
     facts = told(capsys)

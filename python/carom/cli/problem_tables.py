@@ -51,12 +51,14 @@ def _asymmetry(problem: FrictionProblem) -> float:
 
 
 def _mass_ratio(problem: FrictionProblem) -> float | None:
-    """Heaviest over lightest entry on the diagonal of the linear masses, where bodies are known."""
-    body = problem.body_form
-    if body is None:
+    """Heaviest over lightest body; None where masses cannot be told from moments of inertia."""
+    body, d = problem.body_form, problem.dimension
+    freedoms = 3 if d == 2 else 6
+    if body is None or not body.mass.shape[0] or body.mass.shape[0] % freedoms:
         return None
-    diagonal = body.mass.matrix.diagonal()
-    return float(diagonal.max() / diagonal.min()) if diagonal.size and diagonal.min() > 0 else None
+    masses = body.mass.matrix.diagonal().reshape(-1, freedoms)[:, :d]
+    is_rigid = (masses == masses[:, :1]).all() and masses.min() > 0
+    return float(masses.max() / masses.min()) if is_rigid else None
 
 
 def problem_table(facts: dict[str, Any]) -> None:
@@ -77,9 +79,7 @@ def problem_table(facts: dict[str, Any]) -> None:
         words = "largest over smallest contact block: mass ratios, levers and thin bodies widen it"
         table.add_row("block ratio", f"{facts['block_ratio']:.3g}", words)
     if facts["mass_ratio"] is not None:
-        table.add_row(
-            "mass ratio", f"{facts['mass_ratio']:.3g}", "largest over smallest entry of M's diagonal"
-        )
+        table.add_row("mass ratio", f"{facts['mass_ratio']:.3g}", "heaviest over lightest body")
     if facts["contacts_between_obstacles"]:
         table.add_row("immovable", str(facts["contacts_between_obstacles"]), "contacts that no impulse moves")
     if facts["friction"] is not None and facts["kind"] == "friction":
