@@ -77,7 +77,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--references", default="siconos,pinocchio", help="or none [siconos,pinocchio]")
     parser.add_argument("--references-from", type=Path, help="take the references of an earlier CSV instead")
     parser.add_argument("--first", type=float, default=1.0, help="references' own tolerance at first / asked [1]")
-    parser.add_argument("--limit", type=float, default=10.0, help="CPU seconds of one call [10]")
+    parser.add_argument("--limit", type=float, default=3.0, help="CPU seconds of one call [3]")
     parser.add_argument("--full", action="store_true", help="do not cut short references that cannot be fastest")
     parser.add_argument("--peers", type=Path, required=True, help="folder that setup.sh filled")
     parser.add_argument("--ours", type=Path, required=True, help="the program carom-contact")

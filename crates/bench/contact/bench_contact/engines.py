@@ -38,7 +38,7 @@ class Rules:
     first: float = 1.0
     repeats: int = 15
     budget: float = 0.5
-    limit: float = 10.0
+    limit: float = 3.0
 
 
 @dataclass(frozen=True)
