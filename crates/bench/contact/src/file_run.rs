@@ -42,8 +42,7 @@ pub fn run(words: &[String]) -> Result<(), String> {
     };
     let problem = problem(path)?;
     let mut solver = solvers::make(name).ok_or_else(|| format!("no solver {name:?}"))?;
-    let rules =
-        Rules { repeats: number(repeats)? as usize, budget: number(budget)?, limit: number(limit)? };
+    let rules = Rules { repeats: number(repeats)? as usize, budget: number(budget)?, limit: number(limit)? };
     for asked in tolerances.split(',') {
         let tolerance = number(asked)? * number(first)?;
         let settings = FrictionSettings { tolerance, ..FrictionSettings::default() };
