@@ -1,10 +1,11 @@
-"""Pinocchio's contact solvers on one frictional contact problem in space: from zero impulses, their tolerances
-tightened tenfold until the measures of the benchmark hold at each asked tolerance.
+"""Pinocchio's contact solvers on one frictional contact problem in space: from zero impulses, their
+tolerances tightened tenfold until the measures of the benchmark hold at each asked tolerance.
 
     python pinocchio_peer.py PROBLEM.bin SOLVER TOLERANCES FIRST REPEATS BUDGET LIMIT OUT
     python pinocchio_peer.py --list
 
-The words mean what they mean for the Siconos program beside this. Pinocchio's contact frame has its normal last.
+The words mean what they mean for the Siconos program beside this. Pinocchio's contact frame has its normal
+last.
 Timed: thread CPU time of `solve` alone. The measures here only steer; another program judges.
 """
 
@@ -25,9 +26,13 @@ class Problem:
     """The problem of a flat file, with what the measures need."""
 
     def __init__(self, path):
+        """Reads the file."""
+
+        def take(kind, count):
+            return numpy.frombuffer(file.read(numpy.dtype(kind).itemsize * count), kind)
+
         with open(path, "rb") as file:
             d, nc, nnz = struct.unpack("<iii", file.read(12))
-            take = lambda kind, count: numpy.frombuffer(file.read(numpy.dtype(kind).itemsize * count), kind)
             indptr, indices, values = take("<i4", d * nc + 1), take("<i4", nnz), take("<f8", nnz)
             self.q, self.mu = take("<f8", d * nc), take("<f8", nc)
         self.contacts = nc
@@ -63,6 +68,7 @@ class Peer:
     """One solver with its constraint models."""
 
     def __init__(self, problem, name):
+        """Permutes the problem and makes a model per contact."""
         self.problem, self.name = problem, name
         order = numpy.arange(3 * problem.contacts).reshape(-1, 3)[:, [1, 2, 0]].ravel()
         self.order = order
@@ -104,7 +110,7 @@ class Peer:
 
 
 def climb(peer, wanted, own, first, limit):
-    """The loosest own tolerance, in steps of ten and then half a step, whose impulses reach the wanted measure."""
+    """The loosest own tolerance, by steps of ten and then half a step, that reaches the wanted measure."""
 
     def attempt(tolerance):
         signal.setitimer(signal.ITIMER_PROF, limit)
@@ -125,6 +131,7 @@ def climb(peer, wanted, own, first, limit):
 
 
 def main(words):
+    """Runs the command line; the exit status."""
     if words == ["--list"]:
         print("\n".join(f"3 {name}" for name in SOLVERS))
         return 0

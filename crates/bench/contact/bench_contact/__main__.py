@@ -1,8 +1,9 @@
 """python -m bench_contact: the contact solvers of carom beside those of Siconos and Pinocchio.
 
-Problems are the .npz or flat .bin files of a folder. Every solver starts from zero impulses; timed is the CPU time of
-its thread in the solve alone, best of up to 15 repeats within half a second; the impulses are judged by one program
-that is none of the solvers. A reference solver's own tolerance is tightened until the judge is content.
+Problems are the .npz or flat .bin files of a folder. Every solver starts from zero impulses; timed is the
+CPU time of its thread in the solve alone, best of up to 15 repeats within half a second; the impulses are
+judged by one program that is none of the solvers. A reference's own tolerance is tightened until the judge is
+content.
 """
 
 from __future__ import annotations
@@ -49,16 +50,24 @@ def engines(peers: Path, ours: Path, wanted: list[str]) -> tuple[list[Engine], l
 
 
 def timed(
-    problem: Problem, flat: Path, running: list[Engine], only: list[str], rules: Rules, scratch: Path, full: bool
+    problem: Problem,
+    flat: Path,
+    running: list[Engine],
+    only: list[str],
+    rules: Rules,
+    scratch: Path,
+    full: bool,
 ) -> list[Run]:
-    """All runs on a problem. A reference that cannot come near the fastest so far is cut short, unless `full`."""
+    """All runs on a problem; a reference that cannot come near the fastest is cut short, unless `full`."""
     found: list[Run] = []
     for engine in running:
         for solver in engine.solvers(problem.rows_per_contact):
             ours = engine.name == table.OURS
             if ours and only and solver not in only:
                 continue
-            hardest = [r.seconds for r in found if r.engine != table.OURS and r.tolerance == rules.tolerances[-1]]
+            hardest = [
+                r.seconds for r in found if r.engine != table.OURS and r.tolerance == rules.tolerances[-1]
+            ]
             limit = rules.limit
             if hardest and not ours and not full:
                 limit = min(limit, max(0.1, 3.0 * min(hardest)))
@@ -76,9 +85,13 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--solvers", default="", help="solvers of carom [all]")
     parser.add_argument("--references", default="siconos,pinocchio", help="or none [siconos,pinocchio]")
     parser.add_argument("--references-from", type=Path, help="take the references of an earlier CSV instead")
-    parser.add_argument("--first", type=float, default=1.0, help="references' own tolerance at first / asked [1]")
+    parser.add_argument(
+        "--first", type=float, default=1.0, help="references' own tolerance at first / asked [1]"
+    )
     parser.add_argument("--limit", type=float, default=3.0, help="CPU seconds of one call [3]")
-    parser.add_argument("--full", action="store_true", help="do not cut short references that cannot be fastest")
+    parser.add_argument(
+        "--full", action="store_true", help="do not cut short references that cannot be fastest"
+    )
     parser.add_argument("--peers", type=Path, required=True, help="folder that setup.sh filled")
     parser.add_argument("--ours", type=Path, required=True, help="the program carom-contact")
     parser.add_argument("--out", type=Path, help="folder of results; OUT/MACHINE/contact.csv is written")
@@ -121,7 +134,10 @@ def main() -> int:
             print(table.line(row, tolerances, shown), flush=True)
             if given.out:
                 table.save(given.out / machine() / f"{given.name}.csv", rows)
+    print("\nAll settings of the references:")
     print(table.summary(rows, tolerances, shown))
+    print("\nOnly the settings that published comparisons tried:")
+    print(table.summary([row.usual() for row in rows], tolerances, shown))
     return 0
 
 

@@ -1,8 +1,8 @@
 """The judge: measures of impulses against a frictional contact problem or a linear complementarity problem.
 
-u = W r + q in contact frames, normal first; u_hat = u + mu |u_T| n; K the cone |r_T| <= mu r_N. Errors are those of
-Acary, Bremond and Huber (2018) and the same in velocity units. Written from the definitions, shares nothing with any
-solver that it judges.
+u = W r + q in contact frames, normal first; u_hat = u + mu |u_T| n; K the cone |r_T| <= mu r_N. Errors are
+those of Acary, Bremond and Huber (2018) and the same in velocity units. Written from the definitions, shares
+nothing with any solver that it judges.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Array = NDArray[numpy.float64]
 
 @dataclass(frozen=True)
 class Problem:
-    """W in compressed rows, q [m/s] of shape (d nc,), mu of shape (nc,); d = 1 is a complementarity problem."""
+    """W in compressed rows, q [m/s] of shape (d nc,), mu of shape (nc,); d = 1: a complementarity problem."""
 
     name: str
     rows_per_contact: int
@@ -35,7 +35,8 @@ class Problem:
     def times(self, r: Array) -> Array:
         """W r, of shape (d nc,)."""
         row_of = numpy.repeat(numpy.arange(len(self.starts) - 1), numpy.diff(self.starts))
-        return numpy.bincount(row_of, self.values * r[self.columns], minlength=len(self.velocity))
+        products = self.values * r[self.columns]
+        return numpy.bincount(row_of, products, minlength=len(self.velocity)).astype(float)
 
     def diagonal_norms(self) -> Array:
         """Spectral norm of each diagonal block of W, 1 where it is 0; shape (nc,)."""

@@ -11,7 +11,7 @@ from bench_contact.measure import Problem
 
 
 def from_npz(path: Path) -> Problem:
-    """A problem of a collection: kind, d, W_data, W_indices, W_indptr, q, mu. Raises KeyError for a missing array."""
+    """A problem of a collection: d, W_data, W_indices, W_indptr, q, mu; KeyError for a missing array."""
     with numpy.load(path, allow_pickle=False) as file:
         q = numpy.asarray(file["q"], dtype=float)
         d = int(file["d"])
