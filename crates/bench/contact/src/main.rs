@@ -1,6 +1,7 @@
 //! carom-contact: the contact solvers of carom on problems in files and of its own making.
 
 mod clock;
+mod cone_programs;
 mod families;
 mod file_run;
 mod generate;

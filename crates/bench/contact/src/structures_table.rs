@@ -25,7 +25,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     let mut lines = Vec::new();
     for made in structures().map_err(|e| e.to_string())? {
         let problem = &made.matrix;
-        for name in solvers::names(problem.dimension).into_iter().filter(|n| options.wants(n)) {
+        for name in solvers::names_and_compared(problem.dimension).into_iter().filter(|n| options.wants(n)) {
             let mut solver = solvers::make(name).expect("a name of the list");
             let timed = time(solver.as_mut(), problem, &settings, &rules);
             let (o, m) = (&timed.outcome, &timed.outcome.measure);
