@@ -3,7 +3,7 @@
 //! program for the interior-point solver clarabel; the loop repeats it with the s of its velocities. Sparse; reads
 //! the upper half of W as symmetric. For comparison only.
 
-use carom::solver::friction_problem::{project_on_cone, spectral_norm};
+use carom::solver::friction_problem::project_on_cone;
 use carom::solver::{
     FrictionOutcome, FrictionProblem, FrictionSettings, FrictionSolver, Measure, Progress, Stage, Watch,
     measure,
@@ -21,7 +21,7 @@ const ROUNDS: usize = 200;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ConePrograms;
 
-/// The cone program of a problem with impulses in units in which every diagonal block of W has norm 1 and q has
+/// The cone program of a problem with impulses in units in which every diagonal block of W has trace 1 and q has
 /// norm 1: a cone of r is (mu r_N, r_T) in the second-order cone.
 struct Program {
     quadratic: CscMatrix<f64>,
@@ -39,7 +39,7 @@ impl Program {
         let (d, n, w) = (problem.dimension, problem.velocity.len(), &problem.matrix);
         let size = problem.velocity.iter().map(|x| x * x).sum::<f64>().sqrt();
         let size = if size > 0.0 { size } else { 1.0 };
-        let scale: Vec<f64> = (0..n).map(|row| 1.0 / own_norm(problem, row / d).sqrt()).collect();
+        let scale: Vec<f64> = (0..n).map(|row| 1.0 / own_size(problem, row / d).sqrt()).collect();
         let gain: Vec<f64> = scale.iter().map(|s| s / size).collect();
         // the upper half by columns is the lower half by rows
         let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
@@ -86,17 +86,11 @@ impl Program {
     }
 }
 
-/// Spectral norm of a contact's own block of W, 1 where it is 0.
-fn own_norm(problem: &FrictionProblem, contact: usize) -> f64 {
-    let d = problem.dimension;
-    let mut block = vec![vec![0.0; d]; d];
-    for (k, line) in block.iter_mut().enumerate() {
-        for (j, x) in problem.matrix.row(d * contact + k).filter(|e| e.0 / d == contact) {
-            line[j - d * contact] += x;
-        }
-    }
-    let norm = spectral_norm(&block);
-    if norm > 0.0 { norm } else { 1.0 }
+/// Trace of a contact's own block of W, 1 where it is 0: between once and three times its norm.
+fn own_size(problem: &FrictionProblem, contact: usize) -> f64 {
+    let rows = problem.dimension * contact..problem.dimension * (contact + 1);
+    let trace: f64 = rows.map(|k| problem.matrix.row(k).filter(|e| e.0 == k).map(|e| e.1).sum::<f64>()).sum();
+    if trace > 0.0 { trace } else { 1.0 }
 }
 
 /// mu |u_T| on the normal rows, 0 elsewhere \[m/s\].

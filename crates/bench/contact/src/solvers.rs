@@ -1,13 +1,19 @@
 //! carom's solvers of friction problems in matrix form, by name. A new one is one line.
 
 use crate::cone_programs::ConePrograms;
-use carom::solver::FrictionSolver;
 use carom::solver::exact::Exact;
+use carom::solver::{FrictionSolver, FrictionSolverKind};
 
 type Make = fn() -> Box<dyn FrictionSolver>;
 
 /// Name, rows per contact it takes, and how to make it.
-const SOLVERS: [(&str, &[usize], Make); 1] = [("exact", &[1, 2, 3], || Box::new(Exact))];
+const SOLVERS: [(&str, &[usize], Make); 5] = [
+    ("exact", &[1, 2, 3], || Box::<Exact>::default()),
+    ("pgs", &[1, 2, 3], || FrictionSolverKind::Pgs.make()),
+    ("nncg", &[1, 2, 3], || FrictionSolverKind::Nncg.make()),
+    ("apgd", &[1, 2, 3], || FrictionSolverKind::Apgd.make()),
+    ("lemke", &[1], || FrictionSolverKind::Lemke.make()),
+];
 /// What is carried for comparison, not for use: clarabel in a fixed-point loop.
 const COMPARED: (&str, Make) = ("clarabel", || Box::new(ConePrograms));
 
