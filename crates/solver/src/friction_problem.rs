@@ -2,7 +2,7 @@
 //! and per contact r in K, u + mu |u_T| n in K*, orthogonal to each other (De Saxce's form of Coulomb's law;
 //! theory chapter 7). Knows no bodies: W is whatever was measured or assembled.
 
-use crate::cone_matrix;
+use crate::cone_matrix::spectral_norm;
 use crate::delassus::Csr;
 use crate::problem::ProblemError;
 
