@@ -111,7 +111,8 @@ impl Measure {
 /// Projects (normal, tangents) on the cone |x_T| <= mu x_N, in place.
 pub fn project_on_cone(x: &mut [f64], friction: f64) {
     let tangent = x[1..].iter().map(|t| t * t).sum::<f64>().sqrt();
-    if tangent <= friction * x[0] {
+    // without friction the cone is a ray, and 0 <= 0 x_N says nothing of the sign of x_N
+    if x[0] >= 0.0 && tangent <= friction * x[0] {
         return;
     }
     if friction * tangent <= -x[0] {

@@ -1,0 +1,100 @@
+//! The solvers under test and what each is held to: the one place where a new solver enters. A problem made of
+//! bodies goes to both kinds: to solvers of contact problems as it is, to solvers in matrix form assembled.
+
+use crate::oracle::Oracle;
+use carom_math::Space;
+use carom_solver::delassus::{delassus, right_hand_side};
+use carom_solver::{
+    ContactProblem, FrictionOutcome, FrictionProblem, FrictionSettings, FrictionSolver, Impulses,
+    SolveSettings, SolverKind, Stop, unwatched,
+};
+
+/// A solver in matrix form and what it is held to.
+pub struct Candidate {
+    pub solver: Box<dyn FrictionSolver>,
+    /// The tolerance that it is documented to reach on well-posed problems \[1\].
+    pub reach: f64,
+    /// The share of well-posed problems that it must solve to its reach \[1\].
+    pub share: f64,
+}
+
+/// All solvers in matrix form; clarabel as one of them, so that the tests themselves are tested.
+pub fn candidates() -> Vec<Candidate> {
+    vec![Candidate { solver: Box::new(Oracle), reach: 1e-7, share: 0.4 }]
+}
+
+/// A way to solve a problem made of bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// A solver of contact problems.
+    Bodies(SolverKind),
+    /// The candidate of this index, on the assembled W and q.
+    Matrix(usize),
+}
+
+impl Method {
+    /// The solver's name.
+    pub fn name(self) -> String {
+        match self {
+            Method::Bodies(kind) => kind.name().into(),
+            Method::Matrix(k) => format!("{} (matrix)", candidates()[k].solver.name()),
+        }
+    }
+}
+
+/// Methods that reach a solution to rounding or nearly so, frictional, redundant and sliding contacts included:
+/// those with an error bound small enough to compare wrenches by.
+pub fn accurate_methods() -> Vec<Method> {
+    (0..candidates().len()).filter(|&k| candidates()[k].reach <= 1e-7).map(Method::Matrix).collect()
+}
+
+/// The contacts of a problem without bounded rows in matrix form: u - target = W r + q.
+pub fn assembled<S: Space>(problem: &ContactProblem<S>) -> FrictionProblem {
+    assert!(problem.rows.is_empty(), "bounded rows have no place in a friction problem");
+    FrictionProblem {
+        dimension: 1 + S::SLIP,
+        matrix: delassus(problem),
+        velocity: right_hand_side(problem).iter().map(|b| -b).collect(),
+        friction: problem.contacts.iter().map(|c| c.friction).collect(),
+    }
+}
+
+/// Solves in matrix form from zero.
+pub fn solve_matrix(
+    solver: &mut dyn FrictionSolver,
+    problem: &FrictionProblem,
+    settings: &FrictionSettings,
+) -> (Vec<f64>, FrictionOutcome) {
+    let mut impulses = vec![0.0; problem.velocity.len()];
+    let outcome = solver.solve(problem, settings, &mut impulses, &mut unwatched);
+    (impulses, outcome)
+}
+
+/// Solves a problem made of bodies from zero; `Err` with the reason where the method does not claim a solution.
+/// Tolerance: of the residual \[m/s\] for solvers of contact problems, of the measure \[1\] for the others.
+pub fn solve_bodies<S: Space>(
+    method: Method,
+    problem: &ContactProblem<S>,
+    tolerance: f64,
+) -> Result<Impulses<S>, String> {
+    match method {
+        Method::Bodies(kind) => {
+            let mut impulses = Impulses::zero(problem);
+            let settings = SolveSettings { iterations: 1_000_000, tolerance };
+            let outcome = kind.make().solve(problem, &settings, &mut impulses);
+            match outcome.stop {
+                Stop::Converged => Ok(impulses),
+                stop => Err(format!("{stop:?} with a residual of {:e}", outcome.residual.absolute)),
+            }
+        }
+        Method::Matrix(k) => {
+            let settings = FrictionSettings { tolerance, ..FrictionSettings::default() };
+            let solver = &mut candidates()[k].solver;
+            let (r, outcome) = solve_matrix(solver.as_mut(), &assembled(problem), &settings);
+            if !outcome.solved {
+                return Err(format!("{}; {:?}", outcome.reason, outcome.measure));
+            }
+            Ok(Impulses::from_flat(problem, &r).expect("as many numbers as rows"))
+        }
+    }
+}
