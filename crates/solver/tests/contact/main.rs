@@ -9,4 +9,6 @@ mod certified;
 mod judge;
 mod oracle;
 mod random;
+mod scenes;
 mod solvers;
+mod statics;
