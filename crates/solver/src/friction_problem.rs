@@ -2,9 +2,9 @@
 //! and per contact r in K, u + mu |u_T| n in K*, orthogonal to each other (De Saxce's form of Coulomb's law;
 //! theory chapter 7). Knows no bodies: W is whatever was measured or assembled.
 
+use crate::cone_matrix::spectral_norm;
 use crate::delassus::Csr;
 use crate::problem::ProblemError;
-use carom_math::Sym3;
 
 /// Find r with u = W r + q and Coulomb's law at every contact; contact i owns rows d i .. d i + d - 1.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -125,17 +125,6 @@ pub fn project_on_cone(x: &mut [f64], friction: f64) {
     x[1..].iter_mut().for_each(|t| *t *= scale);
 }
 
-/// Spectral norm of a dense block of at most three rows: the root of the largest eigenvalue of B^T B.
-pub fn spectral_norm(block: &[Vec<f64>]) -> f64 {
-    let gram = |i: usize, j: usize| {
-        let inside = i < block.len() && j < block.len();
-        if inside { block.iter().map(|row| row[i] * row[j]).sum::<f64>() } else { 0.0 }
-    };
-    let squared =
-        Sym3 { diagonal: [gram(0, 0), gram(1, 1), gram(2, 2)], off: [gram(0, 1), gram(0, 2), gram(1, 2)] };
-    squared.eigen().0.into_iter().fold(0.0, f64::max).sqrt()
-}
-
 /// Measures impulses against a problem; independent of every solver.
 pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
     let (d, w) = (problem.dimension, &problem.matrix);
@@ -153,14 +142,19 @@ pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
         let slip = length(&u[1..]);
         let mut u_hat = u.to_vec();
         u_hat[0] += mu * slip;
-        let block: Vec<Vec<f64>> = range.clone().map(|row| dense_row(w, row, range.clone())).collect();
+        let block: Vec<f64> = range.clone().flat_map(|row| dense_row(w, row, range.clone())).collect();
+        let norm = match d {
+            1 => spectral_norm::<1>(&block),
+            2 => spectral_norm::<2>(&block),
+            _ => spectral_norm::<3>(&block),
+        };
         let natural_map = |step: f64| {
             let mut x: Vec<f64> = r.iter().zip(&u_hat).map(|(r, u)| r - step * u).collect();
             project_on_cone(&mut x, mu);
             x.iter().zip(r).map(|(x, r)| ((r - x) / step).powi(2)).sum::<f64>()
         };
         m.natural += natural_map(1.0);
-        m.scaled += natural_map(1.0 / not_zero(spectral_norm(&block)));
+        m.scaled += natural_map(1.0 / not_zero(norm));
         let tangent = length(&r[1..]);
         m.cone = m.cone.max(tangent - mu * r[0]).max(-r[0]);
         m.penetration = m.penetration.max(-u[0]);

@@ -4,13 +4,16 @@
 pub mod check;
 pub mod collision;
 pub mod cone;
+mod cone_matrix;
 pub mod delassus;
+pub mod exact;
 pub mod file;
 pub mod friction;
 pub mod friction_problem;
 pub mod friction_solver;
 pub mod impulse_solver;
 pub mod lcp;
+pub mod linear;
 pub mod methods;
 mod number;
 pub mod outcome;

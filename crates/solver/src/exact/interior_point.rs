@@ -1,0 +1,143 @@
+//! Stage B: primal-dual interior point directly on the nonassociated law, y = W~ x + q~ + |y_T| e_1, x o y = m e,
+//! with the derivative of |y_T| in the Newton matrix: (W~ + E G^2) dx = E G d + res, dy = G (d - G dx),
+//! d = lambda \ (-lambda o lambda + sigma m e - corrector) (theory chapter 7). Starts cold: started from an iterate
+//! of another stage it takes more steps.
+
+use super::newton::finish;
+use super::scaled::Scaled;
+use super::stage::{Solve, StageEnd};
+use super::step::{Pair, Trial, centrality, direction, prepare, reach, take};
+
+/// Where and how the interior point starts.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    /// First value of x.
+    pub size: f64,
+    /// |y_T| -> sqrt(|y_T|^2 + (smoothing m)^2) - smoothing m.
+    pub smoothing: f64,
+    /// Least sqrt(det x_i det y_i) / m that a step may leave.
+    pub centrality: f64,
+}
+
+/// Most interior point steps.
+const STEPS: usize = 60;
+
+/// What the iterations so far say about going on.
+struct Trend {
+    history: Vec<f64>,
+    jammed: usize,
+    last_try: f64,
+}
+
+impl Trend {
+    /// True when twelve steps brought less than a fifth.
+    fn stalls(&mut self, best: f64) -> bool {
+        self.history.push(best);
+        let n = self.history.len();
+        n > 13 && self.history[n - 1] > 0.8 * self.history[n - 13]
+    }
+    /// True after three steps in a row that were blocked at once.
+    fn jams(&mut self, step: f64) -> bool {
+        self.jammed = if step < 0.05 { self.jammed + 1 } else { 0 };
+        self.jammed >= 3 && self.history.len() > 6
+    }
+}
+
+/// Interior point from a cold start. The iterate that it leaves in `x` is its own best.
+pub fn interior_point<const D: usize>(
+    solve: &mut Solve<'_, D>,
+    start: Start,
+    x: &mut Vec<[f64; D]>,
+) -> StageEnd {
+    let mut pair = Pair::cold(&solve.scaled, start.size);
+    let mut trend = Trend { history: Vec::new(), jammed: 0, last_try: f64::INFINITY };
+    let mut best = f64::INFINITY;
+    for iteration in 0..=STEPS {
+        solve.scaled.velocities(&pair.x, &mut pair.u);
+        let errors = solve.judge(&pair.x, &pair.u);
+        if errors.worst() < best || iteration == 0 {
+            best = errors.worst();
+            x.clone_from(&pair.x);
+        }
+        if errors.solves(solve.tolerance) {
+            return StageEnd::Solved;
+        }
+        if trend.stalls(best) || iteration == STEPS {
+            return StageEnd::Stuck;
+        }
+        if !solve.tell("interior point", iteration) {
+            return StageEnd::Interrupted;
+        }
+        if errors.worst() < 1e-4 && errors.worst() < 0.2 * trend.last_try {
+            trend.last_try = errors.worst();
+            match finish(solve, &pair.x, 8) {
+                StageEnd::Stuck => {}
+                end => return end,
+            }
+        }
+        if solve.spent() {
+            return StageEnd::OutOfBudget;
+        }
+        match step(solve, &mut pair, start) {
+            Some(length) if !trend.jams(length) => {}
+            _ => return StageEnd::Stuck,
+        }
+    }
+    StageEnd::Stuck
+}
+
+/// One step; its length, or nothing when the numbers end.
+fn step<const D: usize>(solve: &mut Solve<'_, D>, pair: &mut Pair<D>, start: Start) -> Option<f64> {
+    let scaled: &Scaled<D> = &solve.scaled;
+    let system = &mut solve.system;
+    let m = pair.complementarity(scaled.count());
+    prepare(scaled, pair, start.smoothing * m, &mut system.blocks);
+    if !system.factorize(scaled) {
+        return None;
+    }
+    // a start that is less central than asked must still be left
+    let least = start.centrality.min(0.9 * centrality(scaled, pair, 0.0));
+    let mut go = |pair: &mut Pair<D>, target: f64, corrected: bool| -> Option<f64> {
+        direction(scaled, pair, target, corrected);
+        if !system.solve(scaled, &mut pair.dx) {
+            return None;
+        }
+        let longest = reach(scaled, pair);
+        longest.is_finite().then_some(longest)
+    };
+    let affine = go(pair, 0.0, false)?.min(1.0);
+    let ahead = pair.complementarity_after(affine) / scaled.count() as f64;
+    let sigma = (ahead.max(0.0) / m).powi(3).clamp(1e-8, 1.0);
+    pair.keep_affine();
+    let longest = go(pair, sigma * m, true)?;
+    let mut found = trial(scaled, pair, (longest, m, least));
+    if found < 0.3 {
+        let mut kept = Trial::of(pair, found);
+        for sigma in [0.3, 0.8] {
+            let longest = go(pair, sigma * m, false)?;
+            let length = trial(scaled, pair, (longest, m, least));
+            if length > 1.5 * kept.length {
+                kept = Trial::of(pair, length);
+            }
+            if kept.length > 0.3 {
+                break;
+            }
+        }
+        found = kept.length;
+        kept.put_back(pair);
+    }
+    take(scaled, pair, found);
+    pair.is_finite().then_some(found)
+}
+
+/// The longest step that keeps the pair central.
+fn trial<const D: usize>(scaled: &Scaled<D>, pair: &Pair<D>, (longest, m, least): (f64, f64, f64)) -> f64 {
+    let mut length = (longest * (1.0 - m).clamp(0.9, 0.9995)).min(1.0);
+    for _ in 0..30 {
+        if length <= 1e-12 || centrality(scaled, pair, length) >= least {
+            break;
+        }
+        length *= 0.8;
+    }
+    length
+}

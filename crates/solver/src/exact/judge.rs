@@ -1,0 +1,92 @@
+//! The errors that decide, as `measure` has them, cheaply: every stage is judged by these at every iterate.
+
+use super::blocks::Blocks;
+use super::cone::{dot, project, tangent};
+use super::lane::{Lane, lanes, live, load};
+use pulp::{Arch, Simd, WithSimd};
+
+/// The two natural-map errors of `Measure` \[1\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errors {
+    /// With step 1.
+    pub natural: f64,
+    /// In velocity units.
+    pub scaled: f64,
+}
+
+impl Default for Errors {
+    fn default() -> Self {
+        Errors { natural: f64::INFINITY, scaled: f64::INFINITY }
+    }
+}
+
+impl Errors {
+    /// One number: at or below the tolerance when both are good enough.
+    pub fn worst(&self) -> f64 {
+        let worst = self.natural.max(0.1 * self.scaled);
+        if self.natural.is_nan() || self.scaled.is_nan() { f64::INFINITY } else { worst }
+    }
+    /// Solved at a tolerance, with a tenth in hand for what rounding and the last projection move.
+    pub fn solves(&self, tolerance: f64) -> bool {
+        self.worst() <= 0.9 * tolerance
+    }
+}
+
+struct Judge<'a, const D: usize>(&'a Blocks<D>, &'a [[f64; D]], &'a [[f64; D]]);
+
+impl<const D: usize> WithSimd for Judge<'_, D> {
+    type Output = Errors;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Errors {
+        let Judge(blocks, r, u) = self;
+        let count = blocks.count();
+        let zero = Lane::all(simd, 0.0);
+        let (mut natural, mut scaled) = (zero, zero);
+        let mut size = zero;
+        for first in (0..count).step_by(S::F64_LANES) {
+            let mu = Lane::load(simd, &blocks.friction[first..]);
+            let norm = Lane::load(simd, &blocks.norms[first..]);
+            let (r, mut u) = (load(simd, r, first), load(simd, u, first));
+            let q = load(simd, &blocks.velocity, first);
+            u[0] = mu.mul_add(tangent(u), u[0]);
+            let live = live(simd, first, count);
+            let one = live.like(1.0);
+            let mut squares = [zero; 2];
+            for (square, step) in squares.iter_mut().zip([one, one / norm]) {
+                let nearest = project(lanes!(zero; k => r[k] - step * u[k]), mu);
+                let off = lanes!(zero; k => r[k] - nearest[k]);
+                *square = dot(off, off);
+            }
+            natural = natural + live * squares[0];
+            scaled = scaled + live * norm * norm * squares[1];
+            size = size + dot(q, q);
+        }
+        let size = size.sum().sqrt();
+        let size = if size > 0.0 { size } else { 1.0 };
+        Errors { natural: natural.sum().sqrt() / size, scaled: scaled.sum().sqrt() / size }
+    }
+}
+
+/// Errors of impulses r with velocities u = W r + q.
+pub fn errors<const D: usize>(blocks: &Blocks<D>, r: &[[f64; D]], u: &[[f64; D]]) -> Errors {
+    Arch::new().dispatch(Judge(blocks, r, u))
+}
+
+/// Largest natural-map error of a contact in velocity units \[m/s\], and which.
+pub fn worst_contact<const D: usize>(blocks: &Blocks<D>, r: &[[f64; D]], u: &[[f64; D]]) -> (usize, f64) {
+    let mut worst = (0, 0.0);
+    for i in 0..blocks.count() {
+        let mut trial = r[i];
+        let slip = u[i][1..].iter().map(|t| t * t).sum::<f64>().sqrt();
+        for k in 0..D {
+            let velocity = if k == 0 { u[i][0] + blocks.friction[i] * slip } else { u[i][k] };
+            trial[k] -= velocity / blocks.norms[i];
+        }
+        crate::friction_problem::project_on_cone(&mut trial, blocks.friction[i]);
+        let off = (0..D).map(|k| (trial[k] - r[i][k]).powi(2)).sum::<f64>().sqrt() * blocks.norms[i];
+        if off > worst.1 {
+            worst = (i, off);
+        }
+    }
+    worst
+}

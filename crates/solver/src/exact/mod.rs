@@ -1,0 +1,176 @@
+//! The exact solver: Coulomb friction to the asked tolerance, one setting for every problem (theory chapter 7):
+//! A sweeps with the exact local solution; B interior point on the nonassociated law; C a Newton finisher inside B;
+//! D proximal Newton; E a ladder of other starts. The best iterate of all stages is returned with its errors.
+
+mod blocks;
+mod cone;
+mod interior_point;
+mod judge;
+mod lane;
+mod local;
+mod newton;
+mod proximal;
+mod scaled;
+mod stage;
+mod step;
+mod sweeps;
+mod system;
+
+use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
+use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
+use crate::watch::Watch;
+use blocks::Blocks;
+use interior_point::{Start, interior_point};
+use judge::Errors;
+use proximal::proximal;
+use scaled::Scaled;
+use stage::{Solve, StageEnd};
+use std::time::Instant;
+use sweeps::Ended;
+use system::System;
+
+/// The exact solver for problems in matrix form.
+#[derive(Clone, Debug, Default)]
+pub struct Exact;
+
+/// Weight of the first proximal step.
+const WEIGHT: f64 = 0.1;
+/// Most factorisations of one proximal stage.
+const PROXIMAL: usize = 400;
+/// The cold start, then the other starts of the ladder.
+const STARTS: [Start; 5] = [
+    Start { size: 1.0, smoothing: 0.0, centrality: 0.1 },
+    Start { size: 1.0, smoothing: 10.0, centrality: 0.1 },
+    Start { size: 0.1, smoothing: 1.0, centrality: 0.1 },
+    Start { size: 10.0, smoothing: 0.0, centrality: 1e-3 },
+    Start { size: 0.1, smoothing: 10.0, centrality: 1e-3 },
+];
+
+/// What the stages came to.
+struct Answer {
+    errors: Errors,
+    end: StageEnd,
+    stages: Vec<Stage>,
+    factorisations: usize,
+}
+
+impl FrictionSolver for Exact {
+    fn name(&self) -> &'static str {
+        "exact"
+    }
+    fn solve(
+        &mut self,
+        problem: &FrictionProblem,
+        settings: &FrictionSettings,
+        impulses: &mut [f64],
+        watch: &mut Watch,
+    ) -> FrictionOutcome {
+        match problem.dimension {
+            1 => in_dimension::<1>(problem, settings, impulses, watch),
+            2 => in_dimension::<2>(problem, settings, impulses, watch),
+            _ => in_dimension::<3>(problem, settings, impulses, watch),
+        }
+    }
+}
+
+fn in_dimension<const D: usize>(
+    problem: &FrictionProblem,
+    settings: &FrictionSettings,
+    impulses: &mut [f64],
+    watch: &mut Watch,
+) -> FrictionOutcome {
+    let blocks = Blocks::<D>::of(problem);
+    let started = Instant::now();
+    let mut r: Vec<[f64; D]> = impulses.chunks_exact(D).map(|r| std::array::from_fn(|k| r[k])).collect();
+    r.resize(blocks.velocity.len(), [0.0; D]);
+    let answer = solve_blocks(&blocks, settings, &mut r, watch);
+    for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
+        project_on_cone(r, blocks.friction[i]);
+    }
+    let seconds = started.elapsed().as_secs_f64();
+    impulses.copy_from_slice(r[..blocks.count()].as_flattened());
+    let measure = measure(problem, impulses);
+    let solved = measure.solves(settings.tolerance);
+    FrictionOutcome {
+        solved,
+        measure,
+        stages: answer.stages,
+        factorisations: answer.factorisations,
+        seconds,
+        reason: if solved { String::new() } else { reason(answer.end, &answer.errors) },
+        strict_feasibility: None,
+    }
+}
+
+fn reason(end: StageEnd, errors: &Errors) -> String {
+    let best = format!("best iterate: natural {:.1e}, scaled {:.1e}", errors.natural, errors.scaled);
+    match end {
+        StageEnd::Interrupted => format!("stopped on request; {best}"),
+        StageEnd::OutOfBudget => format!("the factorisations are spent; {best}"),
+        StageEnd::Solved | StageEnd::Stuck => format!("no stage reached the tolerance; {best}"),
+    }
+}
+
+/// The pipeline.
+fn solve_blocks<const D: usize>(
+    blocks: &Blocks<D>,
+    settings: &FrictionSettings,
+    r: &mut [[f64; D]],
+    watch: &mut Watch,
+) -> Answer {
+    let mut u = vec![[0.0; D]; r.len()];
+    let (count, errors, ended) =
+        sweeps::sweeps(blocks, (settings.tolerance, settings.iterations.min(300)), (r, &mut u), watch);
+    let mut answer = Answer {
+        errors,
+        end: if ended == Ended::Interrupted { StageEnd::Interrupted } else { StageEnd::Solved },
+        stages: vec![Stage { name: "sweeps", iterations: count }],
+        factorisations: 0,
+    };
+    if ended != Ended::LeftOff || settings.factorisations == 0 {
+        return answer;
+    }
+    let scaled = Scaled::of(blocks);
+    let system = System::of(&scaled);
+    let mut best = vec![[0.0; D]; r.len()];
+    scaled.from_impulses(r, &mut best);
+    let mut solve = Solve {
+        blocks,
+        scaled,
+        system,
+        tolerance: settings.tolerance,
+        budget: settings.factorisations,
+        best,
+        best_errors: errors,
+        watch: &mut |p| watch(p),
+    };
+    answer.end = climb(&mut solve, &mut answer.stages);
+    answer.errors = solve.best_errors;
+    answer.factorisations = solve.system.factorisations;
+    solve.scaled.to_impulses(&solve.best, r);
+    answer
+}
+
+/// Interior point and proximal Newton from one start after another.
+fn climb<const D: usize>(solve: &mut Solve<'_, D>, stages: &mut Vec<Stage>) -> StageEnd {
+    let mut x = solve.vector();
+    for start in STARTS {
+        let before = solve.system.factorisations;
+        let end = interior_point(solve, start, &mut x);
+        let spent = solve.system.factorisations;
+        stages.push(Stage { name: "interior point", iterations: spent - before });
+        if end != StageEnd::Stuck {
+            return end;
+        }
+        let end = proximal(solve, &x, WEIGHT, PROXIMAL);
+        stages.push(Stage { name: "proximal newton", iterations: solve.system.factorisations - spent });
+        if end != StageEnd::Stuck {
+            return end;
+        }
+    }
+    let unit = vec![std::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 }); x.len()];
+    let before = solve.system.factorisations;
+    let end = proximal(solve, &unit, WEIGHT, PROXIMAL);
+    stages.push(Stage { name: "proximal newton", iterations: solve.system.factorisations - before });
+    end
+}

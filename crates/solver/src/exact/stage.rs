@@ -1,0 +1,161 @@
+//! What the factorising stages share: the problem, its system, the best iterate so far and the budget.
+
+use super::blocks::Blocks;
+use super::cone::{dot, natural_map, newton_block, project};
+use super::judge::Errors;
+use super::lane::{Lane, Lanes, lanes, live, load, store};
+use super::scaled::Scaled;
+use super::system::System;
+use crate::watch::{Progress, Watch};
+use pulp::{Arch, Simd, WithSimd};
+
+/// Why a stage ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StageEnd {
+    /// The errors of the best iterate are small enough.
+    Solved,
+    /// The stage gets no further.
+    Stuck,
+    /// The factorisations are spent.
+    OutOfBudget,
+    /// Whoever watched asked to stop.
+    Interrupted,
+}
+
+/// A solve in progress.
+pub struct Solve<'a, const D: usize> {
+    pub blocks: &'a Blocks<D>,
+    pub scaled: Scaled<D>,
+    pub system: System<D>,
+    pub tolerance: f64,
+    /// Most factorisations.
+    pub budget: usize,
+    /// The best iterate of all stages, in the units of the cone, and its errors.
+    pub best: Vec<[f64; D]>,
+    pub best_errors: Errors,
+    pub watch: &'a mut Watch<'a>,
+}
+
+impl<const D: usize> Solve<'_, D> {
+    /// A vector over contacts, padded with the unit of the cone so that lanes in the padding stay harmless.
+    pub fn vector(&self) -> Vec<[f64; D]> {
+        vec![[0.0; D]; self.scaled.velocity.len()]
+    }
+    /// Judges an iterate with u = W~ x + q~ and keeps it when it is the best.
+    pub fn judge(&mut self, x: &[[f64; D]], u: &[[f64; D]]) -> Errors {
+        let errors = self.scaled.errors(self.blocks, x, u);
+        if errors.worst() < self.best_errors.worst() {
+            self.best_errors = errors;
+            self.best.clear();
+            self.best.extend_from_slice(x);
+        }
+        errors
+    }
+    /// True when no factorisation is left.
+    pub fn spent(&self) -> bool {
+        self.system.factorisations >= self.budget
+    }
+    /// Tells the progress; false when asked to stop.
+    pub fn tell(&mut self, stage: &'static str, iterations: usize) -> bool {
+        let residual = self.best_errors.worst();
+        (self.watch)(&Progress { stage, iterations, residual })
+    }
+}
+
+struct NaturalSize<'a, const D: usize>(&'a Scaled<D>, &'a [[f64; D]], &'a [[f64; D]]);
+
+impl<const D: usize> WithSimd for NaturalSize<'_, D> {
+    type Output = f64;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let NaturalSize(scaled, x, u) = self;
+        let count = scaled.count();
+        let mut sum = Lane::all(simd, 0.0);
+        for first in (0..count).step_by(S::F64_LANES) {
+            let rho = Lane::load(simd, &scaled.step[first..]);
+            let map = natural_map(load(simd, x, first), load(simd, u, first), rho);
+            sum = sum + live(simd, first, count) * dot(map, map) / (rho * rho);
+        }
+        sum.sum().sqrt()
+    }
+}
+
+/// Size of the natural map in velocity units, contacts taken together.
+pub fn natural_size<const D: usize>(scaled: &Scaled<D>, x: &[[f64; D]], u: &[[f64; D]]) -> f64 {
+    Arch::new().dispatch(NaturalSize(scaled, x, u))
+}
+
+struct NewtonRows<'a, const D: usize> {
+    scaled: &'a Scaled<D>,
+    x: &'a [[f64; D]],
+    u: &'a [[f64; D]],
+    /// Shift of D: a number of its own, and a share of 1 / rho.
+    shift: (f64, f64),
+    blocks: &'a mut [[[f64; D]; D]],
+    rhs: &'a mut [[f64; D]],
+}
+
+impl<const D: usize> WithSimd for NewtonRows<'_, D> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for first in (0..self.scaled.count()).step_by(S::F64_LANES) {
+            let rho = Lane::load(simd, &self.scaled.step[first..]);
+            let shift = rho.like(self.shift.0) + rho.like(self.shift.1) / rho;
+            let (x, u) = (load(simd, self.x, first), load(simd, self.u, first));
+            let (block, rhs) = newton_block(x, u, (rho, shift));
+            store_block(block, self.blocks, first);
+            store(rhs, self.rhs, first);
+        }
+    }
+}
+
+/// Writes D and the right-hand side of the Newton step on the natural map at x.
+pub fn newton_rows<const D: usize>(
+    scaled: &Scaled<D>,
+    (x, u): (&[[f64; D]], &[[f64; D]]),
+    shift: (f64, f64),
+    (blocks, rhs): (&mut [[[f64; D]; D]], &mut [[f64; D]]),
+) {
+    Arch::new().dispatch(NewtonRows { scaled, x, u, shift, blocks, rhs });
+}
+
+/// Stores blocks of consecutive contacts.
+#[inline(always)]
+pub fn store_block<S: Simd, const D: usize>(
+    block: [[Lane<S>; D]; D],
+    blocks: &mut [[[f64; D]; D]],
+    first: usize,
+) {
+    let blocks = &mut blocks[first..first + S::F64_LANES];
+    for i in 0..D {
+        for j in 0..D {
+            let mut row = [0.0; super::lane::PACK];
+            block[i][j].store(&mut row);
+            for (value, block) in row.iter().zip(blocks.iter_mut()) {
+                block[i][j] = *value;
+            }
+        }
+    }
+}
+
+struct Advance<'a, const D: usize>(&'a [[f64; D]], &'a [[f64; D]], f64, &'a mut [[f64; D]]);
+
+impl<const D: usize> WithSimd for Advance<'_, D> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Advance(x, dx, step, out) = self;
+        let step = Lane::all(simd, step);
+        for first in (0..x.len()).step_by(S::F64_LANES) {
+            let (a, d): (Lanes<S, D>, Lanes<S, D>) = (load(simd, x, first), load(simd, dx, first));
+            let moved = lanes!(step; k => step.mul_add(d[k], a[k]));
+            store(project(moved, step.like(1.0)), out, first);
+        }
+    }
+}
+
+/// out = P_L(x + step dx).
+pub fn advance<const D: usize>(x: &[[f64; D]], dx: &[[f64; D]], step: f64, out: &mut [[f64; D]]) {
+    Arch::new().dispatch(Advance(x, dx, step, out));
+}

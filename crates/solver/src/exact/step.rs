@@ -1,0 +1,262 @@
+//! The passes over contacts of an interior point step, in lanes.
+
+use super::cone::{
+    Scaling, determinant, dot, longest_step, product, quotient, shifted, slip_direction, tangent_dot,
+};
+use super::lane::{Lane, Lanes, lanes, live, load, store};
+use super::scaled::Scaled;
+use super::stage::store_block;
+use pulp::{Arch, Simd, WithSimd};
+
+/// The iterate of the interior point, its direction and what a step needs in between.
+#[derive(Clone, Debug)]
+pub struct Pair<const D: usize> {
+    pub x: Vec<[f64; D]>,
+    pub y: Vec<[f64; D]>,
+    /// W~ x + q~.
+    pub u: Vec<[f64; D]>,
+    pub dx: Vec<[f64; D]>,
+    pub dy: Vec<[f64; D]>,
+    affine_x: Vec<[f64; D]>,
+    affine_y: Vec<[f64; D]>,
+    /// y - u - |y_T| e_1.
+    residual: Vec<[f64; D]>,
+    /// d of the equations above.
+    pull: Vec<[f64; D]>,
+    /// The scaling: w, then eta.
+    w: Vec<[f64; D]>,
+    eta: Vec<f64>,
+    /// Direction of slip.
+    slip: Vec<[f64; D]>,
+    /// Sums over contacts of x.y, x.dy + y.dx, dx.dy.
+    sums: [f64; 3],
+}
+
+impl<const D: usize> Pair<D> {
+    /// x = size e, y = e.
+    pub fn cold(scaled: &Scaled<D>, size: f64) -> Self {
+        let n = scaled.velocity.len();
+        let unit = |s: f64| vec![std::array::from_fn(|k| if k == 0 { s } else { 0.0 }); n];
+        let zero = vec![[0.0; D]; n];
+        Pair {
+            x: unit(size),
+            y: unit(1.0),
+            u: zero.clone(),
+            dx: zero.clone(),
+            dy: zero.clone(),
+            affine_x: zero.clone(),
+            affine_y: zero.clone(),
+            residual: zero.clone(),
+            pull: zero.clone(),
+            w: zero.clone(),
+            eta: vec![1.0; n],
+            slip: zero,
+            sums: [0.0; 3],
+        }
+    }
+    /// m = x.y per contact.
+    pub fn complementarity(&mut self, count: usize) -> f64 {
+        let pairs = self.x[..count].as_flattened().iter().zip(self.y[..count].as_flattened());
+        pairs.map(|(x, y)| x * y).sum::<f64>() / count as f64
+    }
+    /// x.y after a step along the present direction.
+    pub fn complementarity_after(&self, step: f64) -> f64 {
+        self.sums[0] + step * (self.sums[1] + step * self.sums[2])
+    }
+    /// Keeps the present direction as the affine one.
+    pub fn keep_affine(&mut self) {
+        self.affine_x.copy_from_slice(&self.dx);
+        self.affine_y.copy_from_slice(&self.dy);
+    }
+    /// True when no number is infinite or NaN.
+    pub fn is_finite(&self) -> bool {
+        let finite = |v: &[[f64; D]]| v.as_flattened().iter().all(|x| x.is_finite());
+        finite(&self.x) && finite(&self.y)
+    }
+}
+
+/// A direction put aside with the length it allows.
+pub struct Trial<const D: usize> {
+    pub length: f64,
+    dx: Vec<[f64; D]>,
+    dy: Vec<[f64; D]>,
+}
+
+impl<const D: usize> Trial<D> {
+    /// The present direction.
+    pub fn of(pair: &Pair<D>, length: f64) -> Self {
+        Trial { length, dx: pair.dx.clone(), dy: pair.dy.clone() }
+    }
+    /// Makes it the present direction again.
+    pub fn put_back(self, pair: &mut Pair<D>) {
+        pair.dx = self.dx;
+        pair.dy = self.dy;
+    }
+}
+
+struct Prepare<'a, const D: usize>(&'a Scaled<D>, &'a mut Pair<D>, f64, &'a mut [[[f64; D]; D]]);
+
+impl<const D: usize> WithSimd for Prepare<'_, D> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Prepare(scaled, pair, smoothing, blocks) = self;
+        let smoothing = Lane::all(simd, smoothing);
+        for first in (0..scaled.count()).step_by(S::F64_LANES) {
+            let (x, y) = (load(simd, &pair.x, first), load(simd, &pair.y, first));
+            let u = load(simd, &pair.u, first);
+            let slip = slip_direction(y, smoothing);
+            let length = smoothing.mul_add(smoothing, tangent_dot(y, y)).sqrt() - smoothing;
+            let residual = lanes!(length; k => if k == 0 { y[0] - u[0] - length } else { y[k] - u[k] });
+            let scaling = Scaling::of(x, y);
+            store(residual, &mut pair.residual, first);
+            store(scaling.w, &mut pair.w, first);
+            scaling.eta.store(&mut pair.eta[first..]);
+            store(slip, &mut pair.slip, first);
+            store_block(scaling.squared(slip), blocks, first);
+        }
+    }
+}
+
+/// Scaling, residual, direction of slip and D = E G^2 of every contact.
+pub fn prepare<const D: usize>(
+    scaled: &Scaled<D>,
+    pair: &mut Pair<D>,
+    smoothing: f64,
+    blocks: &mut [[[f64; D]; D]],
+) {
+    Arch::new().dispatch(Prepare(scaled, pair, smoothing, blocks));
+}
+
+#[inline(always)]
+fn scaling<S: Simd, const D: usize>(simd: S, pair: &Pair<D>, first: usize) -> Scaling<S, D> {
+    Scaling { w: load(simd, &pair.w, first), eta: Lane::load(simd, &pair.eta[first..]) }
+}
+
+struct Direction<'a, const D: usize>(&'a Scaled<D>, &'a mut Pair<D>, f64, bool);
+
+impl<const D: usize> WithSimd for Direction<'_, D> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Direction(scaled, pair, target, corrected) = self;
+        let target = Lane::all(simd, target);
+        for first in (0..scaled.count()).step_by(S::F64_LANES) {
+            let scaling = scaling(simd, pair, first);
+            let lambda = scaling.times(load(simd, &pair.x, first));
+            let square = product(lambda, lambda);
+            let mut c = lanes!(target; k => if k == 0 { target - square[0] } else { -square[k] });
+            if corrected {
+                let dx = scaling.times(load(simd, &pair.affine_x, first));
+                let dy = scaling.undo(load(simd, &pair.affine_y, first));
+                let bend = product(dx, dy);
+                c = lanes!(target; k => c[k] - bend[k]);
+            }
+            let pull = quotient(lambda, c);
+            let drive = shifted(load(simd, &pair.slip, first), scaling.times(pull));
+            let residual: Lanes<S, D> = load(simd, &pair.residual, first);
+            store(pull, &mut pair.pull, first);
+            store(lanes!(target; k => drive[k] + residual[k]), &mut pair.dx, first);
+        }
+    }
+}
+
+/// Writes the right-hand side of the step towards complementarity `target` into dx.
+pub fn direction<const D: usize>(scaled: &Scaled<D>, pair: &mut Pair<D>, target: f64, corrected: bool) {
+    Arch::new().dispatch(Direction(scaled, pair, target, corrected));
+}
+
+struct Reach<'a, const D: usize>(&'a Scaled<D>, &'a mut Pair<D>);
+
+impl<const D: usize> WithSimd for Reach<'_, D> {
+    type Output = f64;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Reach(scaled, pair) = self;
+        let count = scaled.count();
+        let (zero, far) = (Lane::all(simd, 0.0), Lane::all(simd, 1e30));
+        let mut longest = far;
+        let mut sums = [zero; 3];
+        for first in (0..count).step_by(S::F64_LANES) {
+            let live = live(simd, first, count);
+            let scaling = scaling(simd, pair, first);
+            let (x, y) = (load(simd, &pair.x, first), load(simd, &pair.y, first));
+            let dx = load(simd, &pair.dx, first);
+            let (pull, scaled_dx): (Lanes<S, D>, _) = (load(simd, &pair.pull, first), scaling.times(dx));
+            let dy = scaling.times(lanes!(zero; k => pull[k] - scaled_dx[k]));
+            store(dy, &mut pair.dy, first);
+            let step = longest_step(x, dx).min(longest_step(y, dy));
+            longest = longest.min(zero.if_less(live, step, far));
+            let products = [dot(x, y), dot(x, dy) + dot(dx, y), dot(dx, dy)];
+            for (sum, product) in sums.iter_mut().zip(products) {
+                *sum = zero.if_less(live, *sum + product, *sum);
+            }
+        }
+        pair.sums = sums.map(Lane::sum);
+        longest.least()
+    }
+}
+
+/// dy of the present dx, the sums over contacts, and the longest step that stays in the cones.
+pub fn reach<const D: usize>(scaled: &Scaled<D>, pair: &mut Pair<D>) -> f64 {
+    Arch::new().dispatch(Reach(scaled, pair))
+}
+
+/// a + step d.
+#[inline(always)]
+fn ahead<S: Simd, const D: usize>(
+    step: Lane<S>,
+    a: &[[f64; D]],
+    d: &[[f64; D]],
+    first: usize,
+) -> Lanes<S, D> {
+    let simd = step.simd();
+    let (a, d): (Lanes<S, D>, Lanes<S, D>) = (load(simd, a, first), load(simd, d, first));
+    lanes!(step; k => step.mul_add(d[k], a[k]))
+}
+
+struct Centrality<'a, const D: usize>(&'a Scaled<D>, &'a Pair<D>, f64);
+
+impl<const D: usize> WithSimd for Centrality<'_, D> {
+    type Output = f64;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Centrality(scaled, pair, step) = self;
+        let count = scaled.count();
+        let (zero, far) = (Lane::all(simd, 0.0), Lane::all(simd, 1e300));
+        let length = Lane::all(simd, step);
+        let (mut least, mut sum) = (far, zero);
+        for first in (0..count).step_by(S::F64_LANES) {
+            let live = live(simd, first, count);
+            let x = ahead(length, &pair.x, &pair.dx, first);
+            let y = ahead(length, &pair.y, &pair.dy, first);
+            let both = (determinant(x) * determinant(y)).max(zero);
+            least = least.min(zero.if_less(live, both, far));
+            sum = zero.if_less(live, sum + dot(x, y), sum);
+        }
+        least.least().sqrt() / (sum.sum() / count as f64)
+    }
+}
+
+/// The least sqrt(det x_i det y_i) over m after a step.
+pub fn centrality<const D: usize>(scaled: &Scaled<D>, pair: &Pair<D>, step: f64) -> f64 {
+    Arch::new().dispatch(Centrality(scaled, pair, step))
+}
+
+/// Takes the step; what rounding leaves on or outside the cone is put just inside.
+pub fn take<const D: usize>(scaled: &Scaled<D>, pair: &mut Pair<D>, step: f64) {
+    let inside = |v: &mut [f64; D]| {
+        let tangent = v[1..].iter().map(|t| t * t).sum::<f64>().sqrt();
+        if v[0] - tangent < 1e-15 * v[0] || v[0] <= 1e-290 {
+            v[0] = tangent * (1.0 + 1e-15) + 1e-290;
+        }
+    };
+    for i in 0..scaled.count() {
+        for k in 0..D {
+            pair.x[i][k] += step * pair.dx[i][k];
+            pair.y[i][k] += step * pair.dy[i][k];
+        }
+        inside(&mut pair.x[i]);
+        inside(&mut pair.y[i]);
+    }
+}

@@ -1,0 +1,13 @@
+//! Sparse LU of matrices made of small dense blocks on a symmetric pattern: ordering, symbolic analysis, fronts.
+//! Contact matrices are diagonal heavy blocks on a sparse graph; at this price per factorisation a Newton method
+//! beats every first-order one (docs/adr/0009). Knows no contacts.
+
+mod analysis;
+mod factor;
+mod front;
+mod graph;
+mod ordering;
+
+pub use analysis::Analysis;
+pub use factor::Factor;
+pub use graph::Graph;

@@ -1,0 +1,116 @@
+//! The sparse block LU against a dense solution.
+
+use carom_solver::linear::{Analysis, Factor, Graph};
+
+/// Numbers in \[-1, 1\), the same every time.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// A pattern: a lattice with a few long couplings, nodes of the given sizes in turn.
+fn lattice(side: usize, sizes: &[u32]) -> Graph {
+    let n = side * side;
+    let mut near: Vec<Vec<u32>> = (0..n as u32).map(|i| vec![i]).collect();
+    let mut couple = |i: usize, j: usize| {
+        near[i].push(j as u32);
+        near[j].push(i as u32);
+    };
+    for y in 0..side {
+        for x in 0..side {
+            let i = y * side + x;
+            if x + 1 < side {
+                couple(i, i + 1);
+            }
+            if y + 1 < side {
+                couple(i, i + side);
+            }
+            if i % 17 == 3 && i + 2 * side + 5 < n {
+                couple(i, i + 2 * side + 5);
+            }
+        }
+    }
+    let mut starts = vec![0];
+    let mut neighbours = Vec::new();
+    for row in &mut near {
+        row.sort_unstable();
+        row.dedup();
+        neighbours.extend_from_slice(row);
+        starts.push(neighbours.len() as u32);
+    }
+    Graph::new((0..n).map(|i| sizes[i % sizes.len()]).collect(), starts, neighbours)
+}
+
+/// Values with heavy diagonal blocks, not symmetric, and the dense product with x.
+fn values(graph: &Graph, dice: &mut Dice) -> Vec<f64> {
+    let mut values: Vec<f64> = (0..graph.values()).map(|_| dice.roll()).collect();
+    for i in 0..graph.nodes() {
+        let at = graph.offsets[graph.position(i, i).expect("a diagonal")] as usize;
+        let size = graph.sizes[i] as usize;
+        (0..size).for_each(|k| values[at + k * size + k] += 12.0);
+    }
+    values
+}
+
+fn product(graph: &Graph, values: &[f64], x: &[f64]) -> Vec<f64> {
+    let mut y = vec![0.0; graph.scalars()];
+    for i in 0..graph.nodes() {
+        for k in graph.row(i) {
+            let j = graph.neighbours[k] as usize;
+            let columns = graph.sizes[j] as usize;
+            for r in 0..graph.sizes[i] as usize {
+                for c in 0..columns {
+                    let value = values[graph.offsets[k] as usize + r * columns + c];
+                    y[graph.first[i] as usize + r] += value * x[graph.first[j] as usize + c];
+                }
+            }
+        }
+    }
+    y
+}
+
+fn largest_error(graph: &Graph, dice: &mut Dice) -> f64 {
+    let values = values(graph, dice);
+    let x: Vec<f64> = (0..graph.scalars()).map(|_| dice.roll()).collect();
+    let mut y = product(graph, &values, &x);
+    let analysis = Analysis::new(graph);
+    let mut factor = Factor::default();
+    assert!(factor.factorize(&analysis, &values));
+    factor.solve(&analysis, &mut y);
+    x.iter().zip(&y).fold(0.0, |m, (a, b)| m.max((a - b).abs()))
+}
+
+#[test]
+fn solutions_agree_with_the_product_for_blocks_of_every_size() {
+    let mut dice = Dice(7);
+    for sizes in [&[1][..], &[2], &[3], &[6], &[1, 3, 6, 2], &[20, 3]] {
+        for side in [1, 2, 3, 7, 20] {
+            let error = largest_error(&lattice(side, sizes), &mut dice);
+            assert!(error < 1e-12, "sizes {sizes:?}, side {side}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn a_singular_matrix_is_told() {
+    let graph = lattice(3, &[2]);
+    let zeros = vec![0.0; graph.values()];
+    assert!(!Factor::default().factorize(&Analysis::new(&graph), &zeros));
+}
+
+#[test]
+fn a_pivot_block_with_a_zero_on_its_diagonal_is_solved() {
+    let graph = Graph::new(vec![2], vec![0, 1], vec![0]);
+    let mut factor = Factor::default();
+    let analysis = Analysis::new(&graph);
+    assert!(factor.factorize(&analysis, &[0.0, 2.0, 4.0, 1.0]));
+    let mut x = [2.0, 9.0];
+    factor.solve(&analysis, &mut x);
+    assert_eq!(x, [2.0, 1.0]);
+}
