@@ -149,8 +149,13 @@ pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
             _ => spectral_norm::<3>(&block),
         };
         let natural_map = |step: f64| {
-            let mut x: Vec<f64> = r.iter().zip(&u_hat).map(|(r, u)| r - step * u).collect();
+            let trial: Vec<f64> = r.iter().zip(&u_hat).map(|(r, u)| r - step * u).collect();
+            let mut x = trial.clone();
             project_on_cone(&mut x, mu);
+            if x == trial {
+                // r - (r - step u): said without the difference, which huge impulses would round to nothing
+                return u_hat.iter().map(|u| u * u).sum::<f64>();
+            }
             x.iter().zip(r).map(|(x, r)| ((r - x) / step).powi(2)).sum::<f64>()
         };
         m.natural += natural_map(1.0);

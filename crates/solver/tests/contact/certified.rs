@@ -8,7 +8,7 @@ use crate::solvers::{candidates, solve_matrix};
 use carom_solver::{FrictionOutcome, FrictionProblem, FrictionSettings, Progress};
 
 /// Budgets that no problem here needs and that end every loop.
-fn settings(tolerance: f64) -> FrictionSettings {
+pub fn settings(tolerance: f64) -> FrictionSettings {
     FrictionSettings { tolerance, iterations: 5_000, factorisations: 400 }
 }
 

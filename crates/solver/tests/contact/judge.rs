@@ -85,7 +85,12 @@ pub fn errors(problem: &FrictionProblem, impulses: &[f64]) -> Errors {
         let l = if spectral_norm(&block) > 0.0 { spectral_norm(&block) } else { 1.0 };
         for (own, sum) in [(1.0, &mut e.natural), (l, &mut e.scaled)] {
             let x: Vec<f64> = r.iter().zip(&u_hat).map(|(r, u)| r - u / own).collect();
-            let off: Vec<f64> = nearest_in_cone(&x, mu).iter().zip(r).map(|(p, r)| (r - p) * own).collect();
+            let nearest = nearest_in_cone(&x, mu);
+            let off: Vec<f64> = if nearest == x {
+                u_hat.clone() // what r - x is, also where r is too large to tell
+            } else {
+                nearest.iter().zip(r).map(|(p, r)| (r - p) * own).collect()
+            };
             *sum = sum.hypot(length(&off));
         }
         e.cone = e.cone.max((length(&r[1..]) - mu * r[0]) / strongest).max(-r[0] / strongest);

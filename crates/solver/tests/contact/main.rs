@@ -5,6 +5,7 @@
 #[macro_use]
 mod common;
 
+mod census;
 mod certified;
 mod judge;
 mod oracle;

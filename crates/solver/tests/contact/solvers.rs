@@ -3,6 +3,7 @@
 
 use crate::oracle::Oracle;
 use carom_math::Space;
+use carom_solver::exact::Exact;
 use carom_solver::delassus::{delassus, right_hand_side};
 use carom_solver::{
     ContactProblem, FrictionOutcome, FrictionProblem, FrictionSettings, FrictionSolver, Impulses,
@@ -20,7 +21,10 @@ pub struct Candidate {
 
 /// All solvers in matrix form; clarabel as one of them, so that the tests themselves are tested.
 pub fn candidates() -> Vec<Candidate> {
-    vec![Candidate { solver: Box::new(Oracle), reach: 1e-6, share: 0.4 }]
+    vec![
+        Candidate { solver: Box::new(Exact), reach: 1e-8, share: 1.0 },
+        Candidate { solver: Box::new(Oracle), reach: 1e-6, share: 0.4 },
+    ]
 }
 
 /// A way to solve a problem made of bodies.
