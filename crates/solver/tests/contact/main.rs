@@ -7,9 +7,11 @@ mod common;
 
 mod census;
 mod certified;
+mod directions;
 mod judge;
 mod oracle;
 mod random;
 mod scenes;
 mod solvers;
 mod statics;
+mod symmetry;
