@@ -203,8 +203,8 @@ fn a_ball_on_the_floor_has_the_decoupled_closed_form<S: Space>() {
             problem.friction_law =
                 if kind == SolverKind::Lemke { FrictionLaw::Box } else { FrictionLaw::Disc };
             let slides = wanted < tangent_mass * speed;
-            if kind == SolverKind::Direct && slides {
-                continue; // refused: tested with the direct solver
+            if kind == SolverKind::Direct && slides || kind == SolverKind::Enumeration && S::SLIP > 1 {
+                continue; // refused: tested with those solvers
             }
             let impulses = solved_by_its_own_measure(&problem, kind);
             assert_close(impulses.contacts[0].normal, mass * fall, 1e-14, kind.name());

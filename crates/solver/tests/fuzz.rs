@@ -56,9 +56,12 @@ fn backward_error<S: Space>(problem: &ContactProblem<S>, impulses: &Impulses<S>)
     residual(problem, impulses).absolute / (0..gamma.len()).map(terms).fold(f64::MIN_POSITIVE, f64::max)
 }
 
+const SOLVERS: usize = SolverKind::ALL.len();
+
 fn every_answer_is_finite_and_judged_or_refused<S: Space>() {
     let mut random = Random::new(2026);
-    let (mut judged, mut refused, mut exact, mut worst) = ([0; 5], [0; 5], [0; 5], [0.0; 5]);
+    let (mut judged, mut refused, mut exact, mut worst) =
+        ([0; SOLVERS], [0; SOLVERS], [0; SOLVERS], [0.0; SOLVERS]);
     for case in 0..3000 {
         let problem = cruel::<S>(&mut random);
         if problem.check().is_err() {
@@ -70,13 +73,23 @@ fn every_answer_is_finite_and_judged_or_refused<S: Space>() {
             start = Impulses::from_flat(&problem, &flat).expect("fits");
         }
         for (k, kind) in SolverKind::ALL.into_iter().enumerate() {
+            if kind == SolverKind::Enumeration && case % 10 != 0 {
+                continue; // thousands of combinations each
+            }
             let mut impulses = start.clone();
             let settings = SolveSettings { iterations: 200, tolerance: 1e-9 };
             let outcome = kind.make().solve(&problem, &settings, &mut impulses);
             assert!(impulses.is_finite(), "case {case}, {}", kind.name());
             assert_eq!(outcome.residual, residual(&problem, &impulses), "case {case}, {}", kind.name());
-            let limit =
-                if kind == SolverKind::Lemke { 4 * 50 * (6 * problem.scalar_rows() + 10) } else { 200 };
+            let limit = match kind {
+                SolverKind::Lemke => 4 * 50 * (6 * problem.scalar_rows() + 10),
+                SolverKind::Enumeration => carom_solver::methods::enumeration::LARGEST,
+                // stages of each island, of which there are no more than entries
+                SolverKind::Auto => {
+                    (400 + 1) * problem.scalar_rows() + 4 * 50 * (6 * problem.scalar_rows() + 10)
+                }
+                _ => 200,
+            };
             assert!(
                 outcome.iterations <= limit,
                 "case {case}, {}: {} iterations",
@@ -101,7 +114,7 @@ fn every_answer_is_finite_and_judged_or_refused<S: Space>() {
                             kind.name()
                         );
                     }
-                    if [SolverKind::Direct, SolverKind::Lemke].contains(&kind) {
+                    if [SolverKind::Direct, SolverKind::Lemke, SolverKind::Enumeration].contains(&kind) {
                         let error = backward_error(&problem, &impulses);
                         worst[k] = f64::max(worst[k], error);
                         assert!(error < 1e-8, "case {case}, {}: accepted, but off by {error:e}", kind.name());
@@ -115,7 +128,7 @@ fn every_answer_is_finite_and_judged_or_refused<S: Space>() {
         S::NAME,
         SolverKind::ALL
     );
-    assert!(judged.iter().all(|n| *n > 30) && refused[3] > 50 && refused[4] > 50);
+    assert!(judged.iter().all(|n| *n > 30) && refused[3] > 50 && refused[4] > 50 && refused[7] > 50);
 }
 
 /// Frictionless problems that have a solution are all solved by Lemke, however redundant, over a millionfold of masses;

@@ -47,7 +47,7 @@ fn two_particles_respond_by_the_closed_form<S: Space>() {
             if speed >= 0.0 {
                 problem.contacts[0].target = 0.0;
             }
-            let (impulses, outcome) = solve(&problem, kind, 100, 1e-13);
+            let (impulses, outcome) = solve(&problem, kind, 100, 5e-15);
             assert_eq!(outcome.stop, Stop::Converged, "case {case}, {}", kind.name());
             assert_close(impulses.contacts[0].normal, wanted, 1e-14, kind.name());
         }

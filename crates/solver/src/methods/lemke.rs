@@ -5,13 +5,17 @@
 
 use crate::cone::project;
 use crate::delassus::{Csr, delassus_of, right_hand_side_of};
+use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
+use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
-use crate::lcp::{Judge, LcpEnd, solve_lcp_with};
+use crate::lcp::{Judge, LcpEnd, solve_lcp, solve_lcp_with};
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, FrictionLaw, Impulses};
 use crate::residual::residual_of;
+use crate::watch::Watch;
 use carom_math::Space;
+use std::time::Instant;
 
 /// Unknowns beyond which the dense tableau is refused: 2,000 need 64 MB and seconds.
 const LARGEST: usize = 2000;
@@ -35,10 +39,8 @@ impl<S: Space> ImpulseSolver<S> for Lemke {
             return Outcome::nothing_to_do();
         }
         let prepared = Prepared::of(problem);
-        let refused = |reason: String, pivots: usize, impulses: &Impulses<S>| Outcome {
-            iterations: pivots,
-            residual: residual_of(problem, &prepared, impulses),
-            stop: Stop::Refused(reason),
+        let refused = |reason: String, pivots: usize, impulses: &Impulses<S>| {
+            Outcome::new(pivots, residual_of(problem, &prepared, impulses), Stop::Refused(reason))
         };
         // with friction a wedge can also hold itself; where nothing is asked for, nothing is the answer
         let mut nothing = Impulses::zero(problem);
@@ -73,6 +75,58 @@ impl<S: Space> ImpulseSolver<S> for Lemke {
             LcpEnd::OutOfPivots => {
                 refused(format!("no accurate solution after {pivots} pivots"), pivots, impulses)
             }
+        }
+    }
+}
+
+/// In matrix form only problems without friction (one row per contact).
+impl FrictionSolver for Lemke {
+    fn name(&self) -> &'static str {
+        "lemke"
+    }
+    fn solve(
+        &mut self,
+        problem: &FrictionProblem,
+        settings: &FrictionSettings,
+        impulses: &mut [f64],
+        _watch: &mut Watch,
+    ) -> FrictionOutcome {
+        let start = Instant::now();
+        let n = problem.velocity.len();
+        impulses.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
+        for (r, &mu) in impulses.chunks_exact_mut(problem.dimension).zip(&problem.friction) {
+            project_on_cone(r, mu);
+        }
+        let (pivots, reason) = if problem.dimension > 1 {
+            (
+                0,
+                "lemke takes problems without friction, with one row per contact; choose another solver"
+                    .into(),
+            )
+        } else if n > LARGEST {
+            (0, format!("{n} unknowns; the dense tableau of lemke takes at most {LARGEST}"))
+        } else {
+            let (end, z, pivots) = solve_lcp(&problem.matrix.dense(), &problem.velocity, 50 * (n + 10));
+            if z.iter().all(|z| z.is_finite()) {
+                impulses.copy_from_slice(&z);
+            }
+            let reason = match end {
+                LcpEnd::Ray => "ends on a ray: the problem may have no solution".into(),
+                _ => format!("no accurate solution after {pivots} pivots"),
+            };
+            (pivots, reason)
+        };
+        let seconds = start.elapsed().as_secs_f64();
+        let measure = measure(problem, impulses);
+        let solved = measure.solves(settings.tolerance);
+        FrictionOutcome {
+            solved,
+            measure,
+            stages: vec![Stage { name: "pivots", iterations: pivots }],
+            factorisations: 0,
+            seconds,
+            reason: if solved { String::new() } else { reason },
+            strict_feasibility: None,
         }
     }
 }

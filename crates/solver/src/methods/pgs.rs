@@ -5,78 +5,67 @@
 //! Cost per sweep: O(contacts). The exact disc step (5.25) was tried instead: on brick walls it needs as many
 //! sweeps, each dearer. Knows no matrix.
 
-use crate::cone::{project, project_tangent};
-use crate::impulse_solver::{ImpulseSolver, SolveSettings};
-use crate::methods::judged;
-use crate::outcome::Outcome;
-use crate::prepared::{Prepared, PreparedContact, Row};
-use crate::problem::{BoundedRow, ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
-use crate::residual::largest;
+use crate::cone::project_tangent;
+use crate::methods::first_order::{Budget, End, FirstOrder, Memory, Method};
+use crate::methods::on_bodies::OnBodies;
+use crate::prepared::{PreparedContact, Row};
+use crate::problem::{BoundedRow, FrictionLaw, Impulse, Twist};
+use crate::watch::{Progress, Watch};
 use carom_math::{Column, Space};
 
-/// The matrix-free sweep; holds memory between solves, nothing else.
-#[derive(Clone, Debug, Default)]
-pub struct Pgs<S: Space> {
-    prepared: Prepared<S>,
-    velocities: Vec<Twist<S>>,
-    given: Impulses<S>,
-}
+/// The sweep on bodies.
+pub type Pgs<S> = OnBodies<S, Sweeps>;
 
-impl<S: Space> ImpulseSolver<S> for Pgs<S> {
-    fn name(&self) -> &'static str {
-        "pgs"
-    }
-    fn solve(
-        &mut self,
-        problem: &ContactProblem<S>,
-        settings: &SolveSettings,
-        impulses: &mut Impulses<S>,
-    ) -> Outcome {
-        impulses.fit(problem);
-        if problem.scalar_rows() == 0 {
-            return Outcome::nothing_to_do();
-        }
-        self.given.copy_from(impulses);
-        self.prepared.update(problem);
-        project(problem, impulses);
-        self.velocities.clear();
-        self.velocities.extend_from_slice(&problem.velocities);
-        self.prepared.apply(impulses, &mut self.velocities);
-        let mut sweeps = 0;
-        while sweeps < settings.iterations {
-            let change = self.sweep(problem, impulses);
-            sweeps += 1;
+/// Sweeps between two calls of the watch.
+const LOOK: usize = 64;
+
+/// Sweeps until nothing changes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sweeps;
+
+impl Method for Sweeps {
+    const NAME: &'static str = "pgs";
+    const STAGE: &'static str = "sweeps";
+
+    fn run<F: FirstOrder>(
+        form: &F,
+        budget: &Budget,
+        at: &mut F::Point,
+        _memory: &mut Memory<F::Point>,
+        watch: &mut Watch,
+    ) -> End {
+        let mut end = End { iterations: 0, interrupted: false };
+        while end.iterations < budget.iterations && !end.interrupted {
+            let change = form.sweep(at);
+            end.iterations += 1;
             // the change is known for nothing, the residual costs half a sweep: measure it only once sweeps do little
-            if change <= settings.tolerance
-                && largest(problem, &self.prepared, impulses, &self.velocities).0 <= settings.tolerance
-            {
-                break;
+            if change <= budget.small_change {
+                if !F::SWEEPS_KEEP_VELOCITIES {
+                    form.refresh(at);
+                }
+                if form.residual(at) <= budget.tolerance {
+                    break;
+                }
             }
             if !change.is_finite() {
                 break;
             }
+            if end.iterations.is_multiple_of(LOOK) {
+                let told = Progress { stage: Self::STAGE, iterations: end.iterations, residual: change };
+                end.interrupted = !watch(&told);
+            }
         }
-        judged(problem, &self.prepared, (sweeps, settings.tolerance), &self.given, impulses)
-    }
-}
-
-impl<S: Space> Pgs<S> {
-    /// One sweep over all rows; returns the largest change of a row's impulse, as a velocity \[m/s\].
-    fn sweep(&mut self, problem: &ContactProblem<S>, impulses: &mut Impulses<S>) -> f64 {
-        let v = &mut self.velocities;
-        let mut change: f64 = 0.0;
-        for ((given, row), l) in problem.rows.iter().zip(&self.prepared.rows).zip(&mut impulses.rows) {
-            change = change.max(relax_row(given, row, l, v));
-        }
-        for (c, g) in self.prepared.contacts.iter().zip(&mut impulses.contacts) {
-            change = change.max(relax_contact(c, g, problem.friction_law, v));
-        }
-        change.sqrt()
+        end
     }
 }
 
 /// One Gauss-Seidel update of a bounded row; returns the square of its change as a velocity.
-fn relax_row<S: Space>(given: &BoundedRow<S>, row: &Row<S>, impulse: &mut f64, v: &mut [Twist<S>]) -> f64 {
+pub fn relax_row<S: Space>(
+    given: &BoundedRow<S>,
+    row: &Row<S>,
+    impulse: &mut f64,
+    v: &mut [Twist<S>],
+) -> f64 {
     let step = (row.velocity(v) - given.target) / row.inverse_effective_mass;
     let next = (*impulse - step).max(given.lo).min(given.hi);
     let delta = next - *impulse;
