@@ -2,7 +2,7 @@
 //! does not solve it returns with a reason, and with numbers inside the cones. On thousands of random problems,
 //! on problems without a solution, and on problems with nothing in them.
 
-use crate::judge::errors;
+use crate::judge::{errors, noise};
 use crate::random::{Family, Known, beside, hopeless, known, nothing_to_do};
 use crate::solvers::{candidates, solve_matrix};
 use carom_solver::{FrictionOutcome, FrictionProblem, FrictionSettings, Progress};
@@ -29,15 +29,19 @@ fn certify(
     if outcome.solved {
         assert!(e.natural <= settings.tolerance * (1.0 + 1e-6), "{what}: called solved, {e:?}");
         assert!(e.scaled <= 10.0 * settings.tolerance * (1.0 + 1e-6), "{what}: called solved, {e:?}");
+        let noise = noise(problem, r);
+        assert!(noise <= settings.tolerance.max(1e-12), "{what}: called solved within a noise of {noise:e}");
         assert!(outcome.reason.is_empty(), "{what}: solved, yet {:?}", outcome.reason);
     } else {
         assert!(!outcome.reason.trim().is_empty(), "{what}: not solved, and no reason");
     }
+    // where impulses outgrow the problem the two measures round differently
+    let allowance = 1e-10 + 10.0 * noise(problem, r);
     for (name, told, true_value) in
         [("natural", outcome.measure.natural, e.natural), ("scaled", outcome.measure.scaled, e.scaled)]
     {
         assert!(
-            (told - true_value).abs() <= 1e-6 * true_value + 1e-10,
+            (told - true_value).abs() <= 1e-6 * true_value + allowance,
             "{what}: tells {name} {told:e}, it is {true_value:e}"
         );
     }

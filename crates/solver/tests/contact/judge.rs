@@ -85,12 +85,7 @@ pub fn errors(problem: &FrictionProblem, impulses: &[f64]) -> Errors {
         let l = if spectral_norm(&block) > 0.0 { spectral_norm(&block) } else { 1.0 };
         for (own, sum) in [(1.0, &mut e.natural), (l, &mut e.scaled)] {
             let x: Vec<f64> = r.iter().zip(&u_hat).map(|(r, u)| r - u / own).collect();
-            let nearest = nearest_in_cone(&x, mu);
-            let off: Vec<f64> = if nearest == x {
-                u_hat.clone() // what r - x is, also where r is too large to tell
-            } else {
-                nearest.iter().zip(r).map(|(p, r)| (r - p) * own).collect()
-            };
+            let off: Vec<f64> = nearest_in_cone(&x, mu).iter().zip(r).map(|(p, r)| (r - p) * own).collect();
             *sum = sum.hypot(length(&off));
         }
         e.cone = e.cone.max((length(&r[1..]) - mu * r[0]) / strongest).max(-r[0] / strongest);
@@ -98,6 +93,15 @@ pub fn errors(problem: &FrictionProblem, impulses: &[f64]) -> Errors {
     e.natural /= size;
     e.scaled /= size;
     e
+}
+
+/// What rounding leaves unknown of the velocities, and of the natural map, as shares of |q|: impulses so large that
+/// they swallow what they should answer prove nothing.
+pub fn noise(problem: &FrictionProblem, impulses: &[f64]) -> f64 {
+    let size = if length(&problem.velocity) > 0.0 { length(&problem.velocity) } else { 1.0 };
+    let terms = |i: usize| problem.matrix.row(i).map(|(j, w)| (w * impulses[j]).abs()).sum::<f64>();
+    let largest = impulses.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
+    f64::EPSILON * (0..impulses.len()).map(terms).fold(largest, f64::max) / size
 }
 
 /// The library's measure and this one agree, at solutions and beside them, in all families and dimensions.

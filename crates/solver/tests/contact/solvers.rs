@@ -29,7 +29,7 @@ impl Candidate {
             "exact" => (1e-8, 0.0, 1.0),
             "clarabel" => (1e-6, 1e-6, 0.4),
             // first-order methods: cheap digits; how many depends on the problem's condition
-            "pgs" | "nncg" | "apgd" => (1e-4, 1e-2, 0.7),
+            "pgs" | "nncg" | "apgd" => (1e-4, 1e-2, 0.5),
             // oracles for special problems: the others they refuse
             _ => (1e-8, 1.0, 0.0),
         };
