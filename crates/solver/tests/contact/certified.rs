@@ -27,8 +27,8 @@ fn certify(
     assert!(outcome.factorisations <= settings.factorisations, "{what}: {outcome:?}");
     assert!(!outcome.seconds.is_nan() && outcome.seconds >= 0.0, "{what}: {outcome:?}");
     if outcome.solved {
-        assert!(e.natural <= settings.tolerance * (1.0 + 1e-6), "{what}: called solved, {e:?}");
-        assert!(e.scaled <= 10.0 * settings.tolerance * (1.0 + 1e-6), "{what}: called solved, {e:?}");
+        assert!(e.natural <= settings.tolerance * (1.0 + 1e-6) + 1e-15, "{what}: called solved, {e:?}");
+        assert!(e.scaled <= 10.0 * settings.tolerance * (1.0 + 1e-6) + 1e-15, "{what}: called solved, {e:?}");
         let noise = noise(problem, r);
         assert!(noise <= settings.tolerance.max(1e-12), "{what}: called solved within a noise of {noise:e}");
         assert!(outcome.reason.is_empty(), "{what}: solved, yet {:?}", outcome.reason);
