@@ -22,6 +22,7 @@ mod system;
 
 use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
+use crate::methods::lemke::Lemke;
 use crate::watch::Watch;
 use blocks::Blocks;
 pub use contacts::ExactContacts;
@@ -90,11 +91,42 @@ impl FrictionSolver for Exact {
         watch: &mut Watch,
     ) -> FrictionOutcome {
         match problem.dimension {
-            1 => in_dimension::<1>(problem, settings, impulses, watch),
+            1 => {
+                let found = in_dimension::<1>(problem, settings, impulses, watch);
+                if found.solved { found } else { pivoted(problem, settings, impulses, watch, found) }
+            }
             2 => in_dimension::<2>(problem, settings, impulses, watch),
             _ => in_dimension::<3>(problem, settings, impulses, watch),
         }
     }
+}
+
+/// Complementarity problems that are not monotone are beyond every stage, but not beyond pivoting.
+const PIVOTED: usize = 400;
+
+fn pivoted(
+    problem: &FrictionProblem,
+    settings: &FrictionSettings,
+    impulses: &mut [f64],
+    watch: &mut Watch,
+    mut found: FrictionOutcome,
+) -> FrictionOutcome {
+    if problem.contacts() > PIVOTED {
+        return found;
+    }
+    let mut other = vec![0.0; impulses.len()];
+    let mut pivots = Lemke.solve(problem, settings, &mut other, watch);
+    found.stages.append(&mut pivots.stages);
+    found.seconds += pivots.seconds;
+    let better =
+        pivots.measure.natural.max(pivots.measure.scaled) < found.measure.natural.max(found.measure.scaled);
+    if pivots.solved || better {
+        impulses.copy_from_slice(&other);
+        found.measure = pivots.measure;
+        found.solved = pivots.solved;
+        found.reason = pivots.reason;
+    }
+    found
 }
 
 fn in_dimension<const D: usize>(
