@@ -17,13 +17,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from carom import _carom, collision, errors, impact, planar, spatial
+from carom._certificate import Certificate
+from carom._explanation import Explanation, Finding
 from carom._friction_problem import FrictionMeasure, FrictionProblem, FrictionSolution
+from carom._friction_problem_certificate import FrictionCertificate
 from carom._problem import ContactProblem, Residual, Solution
-from carom._report import Snapshot, StepReport
+from carom._report import IslandReport, Snapshot, StageReport, StepReport
 from carom.errors import (
     BuildError,
     BusyError,
     CaromError,
+    InaccurateError,
+    InaccurateWarning,
     RunFileError,
     SceneError,
     SolverError,
@@ -44,6 +49,8 @@ LEDGER_LINES: tuple[str, ...] = tuple(_carom.LEDGER_LINES)
 SOLVERS: tuple[str, ...] = tuple(_carom.SOLVERS)
 #: Solvers of friction problems by name.
 FRICTION_SOLVERS: tuple[str, ...] = tuple(_carom.FRICTION_SOLVERS)
+#: What can happen to a solve above the tolerance.
+ON_INACCURATE: tuple[str, ...] = tuple(_carom.ON_INACCURATE)
 #: Meaning of the codes of a contact's `status`.
 CONTACT_STATUS: tuple[str, ...] = tuple(_carom.CONTACT_STATUS)
 
@@ -91,15 +98,23 @@ __all__ = [
     "CONTACT_STATUS",
     "FRICTION_SOLVERS",
     "LEDGER_LINES",
+    "ON_INACCURATE",
     "SOLVERS",
     "BuildError",
     "BusyError",
     "CaromError",
+    "Certificate",
     "Comparison",
     "ContactProblem",
+    "Explanation",
+    "Finding",
+    "FrictionCertificate",
     "FrictionMeasure",
     "FrictionProblem",
     "FrictionSolution",
+    "InaccurateError",
+    "InaccurateWarning",
+    "IslandReport",
     "Residual",
     "Run",
     "RunFileError",
@@ -108,6 +123,7 @@ __all__ = [
     "Snapshot",
     "Solution",
     "SolverError",
+    "StageReport",
     "StepError",
     "StepReport",
     "ViewError",

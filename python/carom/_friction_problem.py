@@ -24,7 +24,7 @@ from carom.errors import refused, unknown
 
 if TYPE_CHECKING:
     from carom._friction_problem_body import BodyForm
-    from carom._friction_problem_certificate import Certificate
+    from carom._friction_problem_certificate import FrictionCertificate
     from carom._problem import ContactProblem
 
 #: Told of a solve now and then: stage, iterations of the stage, residual of the best so far; False stops it.
@@ -294,7 +294,7 @@ class FrictionProblem:
 
     def certificate(
         self, impulse: npt.ArrayLike, tolerance: float = 1e-8, *, islands: bool = False
-    ) -> Certificate:
+    ) -> FrictionCertificate:
         """What can be said of impulses, in SI units, to be kept and checked by others.
 
         Parameters

@@ -33,7 +33,7 @@ UNITS = {
 
 
 @dataclass(frozen=True)
-class Certificate:
+class FrictionCertificate:
     """What impulses are worth.
 
     Attributes
@@ -186,13 +186,15 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
     return table
 
 
-def certify(problem: FrictionProblem, impulse: Floats, tolerance: float, has_islands: bool) -> Certificate:
+def certify(
+    problem: FrictionProblem, impulse: Floats, tolerance: float, has_islands: bool
+) -> FrictionCertificate:
     """See `FrictionProblem.certificate`."""
     measure = problem.measure(impulse)
     parts = _Parts(problem, impulse)
     residual = float(parts.residual.max(initial=0.0))
     change, by_bodies = _energy(problem, impulse, parts.velocity.ravel())
-    return Certificate(
+    return FrictionCertificate(
         problem=problem.name,
         kind=problem.kind,
         dimension=problem.dimension,

@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from carom import FRICTION_SOLVERS, FrictionProblem, RunFileError, check_certificate
-from carom._friction_problem_certificate import Certificate, project_on_cones
+from carom._friction_problem_certificate import FrictionCertificate, project_on_cones
 
 FOLDER = Path(os.environ.get("CAROM_CONTACT_PROBLEMS", "/nonexistent"))
 PUBLIC = sorted([*DATA.glob("*.npz"), *FOLDER.glob("*.npz")], key=lambda path: path.name)
@@ -174,7 +174,7 @@ def certified(tmp_path_factory: pytest.TempPathFactory) -> Path:
     certificate = p.certificate(found.impulse, islands=True)
     for suffix in ("json", "h5"):
         certificate.save(folder / f"c.{suffix}")
-        assert Certificate.load(folder / f"c.{suffix}") == certificate
+        assert FrictionCertificate.load(folder / f"c.{suffix}") == certificate
     return folder
 
 
@@ -280,11 +280,11 @@ def test_bad_certificates_are_refused(certified: Path, tmp_path: Path) -> None:
     for name, text in (("a.json", "[1"), ("b.json", "[]"), ("c.json", "{}"), ("d.h5", "no")):
         (tmp_path / name).write_text(text)
         with pytest.raises(RunFileError, match="is no certificate"):
-            Certificate.load(tmp_path / name)
+            FrictionCertificate.load(tmp_path / name)
     with h5py.File(certified / "c.h5") as file:
         assert file.attrs["residual.unit"] == "m/s"
         assert file["islands/residual"].attrs["unit"] == "m/s"
     with pytest.raises(RunFileError, match="no known suffix"):
-        Certificate.load(certified / "c.json").save(tmp_path / "c.txt")
+        FrictionCertificate.load(certified / "c.json").save(tmp_path / "c.txt")
     with pytest.raises(RunFileError, match="cannot be written"):
-        Certificate.load(certified / "c.json").save(tmp_path / "none" / "c.json")
+        FrictionCertificate.load(certified / "c.json").save(tmp_path / "none" / "c.json")

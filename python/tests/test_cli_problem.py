@@ -17,7 +17,7 @@ from friction_files import ARCH, ROCKS, bodies, problem_of, write_fclib
 from test_cli import SCENE
 
 from carom import FRICTION_SOLVERS, FrictionProblem, check_certificate, planar
-from carom._friction_problem_certificate import Certificate
+from carom._friction_problem_certificate import FrictionCertificate
 from carom.cli import main
 
 
@@ -127,7 +127,7 @@ def test_certificates_from_the_command_line(folder: Path, capsys: pytest.Capture
         words = ["problem", "certify", "rocks.npz", "r.npy", "--out", f"c.{suffix}", "--islands"]
         assert main(words) == 0
         assert "44 contacts solved at 1e-08" in capsys.readouterr().out
-        assert Certificate.load(f"c.{suffix}").islands
+        assert FrictionCertificate.load(f"c.{suffix}").islands
         assert check_certificate.main(["rocks.npz", "r.npy", f"c.{suffix}"]) == 0
 
 

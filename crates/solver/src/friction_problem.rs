@@ -2,7 +2,7 @@
 //! and per contact r in K, u + mu |u_T| n in K*, orthogonal to each other (De Saxce's form of Coulomb's law;
 //! theory chapter 7). Knows no bodies: W is whatever was measured or assembled.
 
-use crate::cone_matrix;
+use crate::cone_matrix::spectral_norm;
 use crate::delassus::Csr;
 use crate::problem::ProblemError;
 
@@ -124,17 +124,6 @@ pub fn project_on_cone(x: &mut [f64], friction: f64) {
     x[1..].iter_mut().for_each(|t| *t *= scale);
 }
 
-/// Spectral norm of a dense block of at most three rows.
-pub fn spectral_norm(block: &[Vec<f64>]) -> f64 {
-    let rows = block.concat();
-    match block.len() {
-        0 => 0.0,
-        1 => cone_matrix::spectral_norm::<1>(&rows),
-        2 => cone_matrix::spectral_norm::<2>(&rows),
-        _ => cone_matrix::spectral_norm::<3>(&rows),
-    }
-}
-
 /// |(r - P_K(r - step u_hat)) / step|^2 of one contact with at most three rows \[m^2/s^2\].
 pub fn natural_map_squared(impulse: &[f64], u_hat: &[f64], step: f64, friction: f64) -> f64 {
     let mut x = [0.0; 3];
@@ -161,10 +150,15 @@ pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
         let slip = length(&u[1..]);
         let mut u_hat = u.to_vec();
         u_hat[0] += mu * slip;
-        let block: Vec<Vec<f64>> = range.clone().map(|row| dense_row(w, row, range.clone())).collect();
+        let block: Vec<f64> = range.clone().flat_map(|row| dense_row(w, row, range.clone())).collect();
+        let norm = match d {
+            1 => spectral_norm::<1>(&block),
+            2 => spectral_norm::<2>(&block),
+            _ => spectral_norm::<3>(&block),
+        };
         let natural_map = |step: f64| natural_map_squared(r, &u_hat, step, mu);
         m.natural += natural_map(1.0);
-        m.scaled += natural_map(1.0 / not_zero(spectral_norm(&block)));
+        m.scaled += natural_map(1.0 / not_zero(norm));
         let tangent = length(&r[1..]);
         m.cone = m.cone.max(tangent - mu * r[0]).max(-r[0]);
         m.penetration = m.penetration.max(-u[0]);

@@ -51,7 +51,7 @@ impl Method for Apgd {
                 continue;
             }
             let k = end.iterations;
-            if k % LOOK == 0 || k < LOOK || k == budget.iterations {
+            if k.is_multiple_of(LOOK) || k < LOOK || k == budget.iterations {
                 judge.measure(at);
                 if !judge.tell(k) {
                     end.interrupted = true;

@@ -41,7 +41,7 @@ impl Method for Nncg {
                 return end;
             }
             let k = end.iterations;
-            let look = k % LOOK == 0 || k.is_power_of_two() || k == budget.iterations;
+            let look = k.is_multiple_of(LOOK) || k.is_power_of_two() || k == budget.iterations;
             if look || change <= budget.small_change {
                 if !F::SWEEPS_KEEP_VELOCITIES || look {
                     form.refresh(at);

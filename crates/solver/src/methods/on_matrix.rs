@@ -2,9 +2,8 @@
 //! pass costs as much as W has entries. Knows no method and no bodies.
 
 use crate::cone::nearest_normal;
-use crate::friction_problem::{
-    FrictionProblem, measure, natural_map_squared, project_on_cone, spectral_norm,
-};
+use crate::cone_matrix::spectral_norm;
+use crate::friction_problem::{FrictionProblem, measure, natural_map_squared, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::methods::first_order::{Budget, FirstOrder, Memory, Method, Point};
 use crate::watch::Watch;
@@ -126,11 +125,22 @@ impl Block {
         let tangents: Vec<Vec<f64>> = rows[1..].iter().map(|row| row[1..].to_vec()).collect();
         let mut coupling = [0.0; 2];
         coupling.iter_mut().zip(&rows[1..]).for_each(|(c, row)| *c = row[0]);
-        let norm = or_one(spectral_norm(&rows));
+        let norm = or_one(norm_of(&rows));
         let normal = if rows[0][0] > 0.0 { rows[0][0] } else { norm };
-        let tangential = spectral_norm(&tangents);
+        let tangential = norm_of(&tangents);
         let tangential = if tangential > 0.0 { tangential } else { normal };
         Block { normal, tangential, coupling, norm }
+    }
+}
+
+/// Spectral norm of a square block of at most three rows.
+fn norm_of(rows: &[Vec<f64>]) -> f64 {
+    let block = rows.concat();
+    match rows.len() {
+        0 => 0.0,
+        1 => spectral_norm::<1>(&block),
+        2 => spectral_norm::<2>(&block),
+        _ => spectral_norm::<3>(&block),
     }
 }
 

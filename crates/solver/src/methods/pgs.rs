@@ -50,7 +50,7 @@ impl Method for Sweeps {
             if !change.is_finite() {
                 break;
             }
-            if end.iterations % LOOK == 0 {
+            if end.iterations.is_multiple_of(LOOK) {
                 let told = Progress { stage: Self::STAGE, iterations: end.iterations, residual: change };
                 end.interrupted = !watch(&told);
             }
