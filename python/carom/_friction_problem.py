@@ -260,23 +260,17 @@ class FrictionProblem:
             budgets.append(most)
         flat = None if start is None else self.flat(start, "start")
         found = self._native.solve(solver, limit, budgets[0], budgets[1], flat, tell)
-        error = found.pop("error")
-        solution = FrictionSolution(
-            solver=solver,
-            impulse=found["impulse"].reshape(-1, self.dimension),
-            measure=FrictionMeasure(**found["measure"]),
-            solved=found["solved"],
-            stages=tuple(found["stages"]),
-            factorisations=found["factorisations"],
-            seconds=found["seconds"],
-            reason=found["reason"],
-            strict_feasibility=found["strict_feasibility"],
-            stopped=found["stopped"],
-        )
+        error, solution = found.pop("error"), self._solution(solver, found)
         if error is not None:
             error.best = solution
             raise error
         return solution
+
+    def _solution(self, solver: str, found: dict[str, Any]) -> FrictionSolution:
+        """What the engine found, as users read it."""
+        impulse = found.pop("impulse").reshape(-1, self.dimension)
+        measure, stages = FrictionMeasure(**found.pop("measure")), tuple(found.pop("stages"))
+        return FrictionSolution(solver=solver, impulse=impulse, measure=measure, stages=stages, **found)
 
     def measure(self, impulse: npt.ArrayLike) -> FrictionMeasure:
         """Judges impulses; independent of every solver.

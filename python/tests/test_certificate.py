@@ -13,12 +13,12 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from friction_files import ARCH, DATA, ROCKS, block, problem_of
+from friction_files import ARCH, DATA, ROCKS, block, problem_of, projected
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from carom import FRICTION_SOLVERS, FrictionProblem, RunFileError, check_certificate
-from carom._friction_problem_certificate import FrictionCertificate, project_on_cones
+from carom._friction_problem_certificate import FrictionCertificate
 
 FOLDER = Path(os.environ.get("CAROM_CONTACT_PROBLEMS", "/nonexistent"))
 PUBLIC = sorted([*DATA.glob("*.npz"), *FOLDER.glob("*.npz")], key=lambda path: path.name)
@@ -234,7 +234,7 @@ def test_a_tampered_certificate_is_caught(
     p = FrictionProblem.load(certified / "p.npz")
     r = np.load(certified / "r.npy").ravel()
     r = r * (1 + 1e-6 * np.random.default_rng(2).standard_normal(r.size))
-    r = project_on_cones(r.reshape(-1, 3), p.mu).ravel()
+    r = projected(r.reshape(-1, 3), p.mu).ravel()
     table = p.certificate(r, 1e-3).to_dict()
     np.save(certified / "rough.npy", r)
     path = certified / "tampered.json"

@@ -298,7 +298,7 @@ def grouped(file: h5py.File) -> None:
 def external(file: h5py.File) -> None:
     del file["fclib_local/vectors/q"]
     file["fclib_local/vectors"].create_dataset(
-        "q", shape=(12,), dtype="f8", external=[("/etc/hostname", 0, h5py.h5f.UNLIMITED)]
+        "q", shape=(12,), dtype="f8", external=[("other.bin", 0, h5py.h5f.UNLIMITED)]
     )
 
 
