@@ -20,6 +20,7 @@ from carom import _carom, collision, errors, impact, planar, spatial
 from carom._certificate import Certificate
 from carom._explanation import Explanation, Finding
 from carom._friction_problem import FrictionMeasure, FrictionProblem, FrictionSolution
+from carom._friction_problem_certificate import FrictionCertificate
 from carom._problem import ContactProblem, Residual, Solution
 from carom._report import IslandReport, Snapshot, StageReport, StepReport
 from carom.errors import (
@@ -46,10 +47,10 @@ __version__: str = _carom.__version__
 LEDGER_LINES: tuple[str, ...] = tuple(_carom.LEDGER_LINES)
 #: Solvers by name.
 SOLVERS: tuple[str, ...] = tuple(_carom.SOLVERS)
-#: What can happen to a solve above the tolerance.
-ON_INACCURATE: tuple[str, ...] = tuple(_carom.ON_INACCURATE)
 #: Solvers of friction problems by name.
 FRICTION_SOLVERS: tuple[str, ...] = tuple(_carom.FRICTION_SOLVERS)
+#: What can happen to a solve above the tolerance.
+ON_INACCURATE: tuple[str, ...] = tuple(_carom.ON_INACCURATE)
 #: Meaning of the codes of a contact's `status`.
 CONTACT_STATUS: tuple[str, ...] = tuple(_carom.CONTACT_STATUS)
 
@@ -107,12 +108,13 @@ __all__ = [
     "ContactProblem",
     "Explanation",
     "Finding",
-    "InaccurateError",
-    "InaccurateWarning",
-    "IslandReport",
+    "FrictionCertificate",
     "FrictionMeasure",
     "FrictionProblem",
     "FrictionSolution",
+    "InaccurateError",
+    "InaccurateWarning",
+    "IslandReport",
     "Residual",
     "Run",
     "RunFileError",

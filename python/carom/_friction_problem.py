@@ -24,7 +24,7 @@ from carom.errors import refused, unknown
 
 if TYPE_CHECKING:
     from carom._friction_problem_body import BodyForm
-    from carom._friction_problem_certificate import Certificate
+    from carom._friction_problem_certificate import FrictionCertificate
     from carom._problem import ContactProblem
 
 #: Told of a solve now and then: stage, iterations of the stage, residual of the best so far; False stops it.
@@ -260,23 +260,17 @@ class FrictionProblem:
             budgets.append(most)
         flat = None if start is None else self.flat(start, "start")
         found = self._native.solve(solver, limit, budgets[0], budgets[1], flat, tell)
-        error = found.pop("error")
-        solution = FrictionSolution(
-            solver=solver,
-            impulse=found["impulse"].reshape(-1, self.dimension),
-            measure=FrictionMeasure(**found["measure"]),
-            solved=found["solved"],
-            stages=tuple(found["stages"]),
-            factorisations=found["factorisations"],
-            seconds=found["seconds"],
-            reason=found["reason"],
-            strict_feasibility=found["strict_feasibility"],
-            stopped=found["stopped"],
-        )
+        error, solution = found.pop("error"), self._solution(solver, found)
         if error is not None:
             error.best = solution
             raise error
         return solution
+
+    def _solution(self, solver: str, found: dict[str, Any]) -> FrictionSolution:
+        """What the engine found, as users read it."""
+        impulse = found.pop("impulse").reshape(-1, self.dimension)
+        measure, stages = FrictionMeasure(**found.pop("measure")), tuple(found.pop("stages"))
+        return FrictionSolution(solver=solver, impulse=impulse, measure=measure, stages=stages, **found)
 
     def measure(self, impulse: npt.ArrayLike) -> FrictionMeasure:
         """Judges impulses; independent of every solver.
@@ -294,7 +288,7 @@ class FrictionProblem:
 
     def certificate(
         self, impulse: npt.ArrayLike, tolerance: float = 1e-8, *, islands: bool = False
-    ) -> Certificate:
+    ) -> FrictionCertificate:
         """What can be said of impulses, in SI units, to be kept and checked by others.
 
         Parameters

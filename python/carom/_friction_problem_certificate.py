@@ -33,7 +33,7 @@ UNITS = {
 
 
 @dataclass(frozen=True)
-class Certificate:
+class FrictionCertificate:
     """What impulses are worth.
 
     Attributes
@@ -186,13 +186,15 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
     return table
 
 
-def certify(problem: FrictionProblem, impulse: Floats, tolerance: float, has_islands: bool) -> Certificate:
+def certify(
+    problem: FrictionProblem, impulse: Floats, tolerance: float, has_islands: bool
+) -> FrictionCertificate:
     """See `FrictionProblem.certificate`."""
     measure = problem.measure(impulse)
     parts = _Parts(problem, impulse)
     residual = float(parts.residual.max(initial=0.0))
     change, by_bodies = _energy(problem, impulse, parts.velocity.ravel())
-    return Certificate(
+    return FrictionCertificate(
         problem=problem.name,
         kind=problem.kind,
         dimension=problem.dimension,
@@ -228,8 +230,7 @@ class _Parts:
         norms[norms <= 0] = 1.0
         self.u_hat = self.velocity.copy()
         self.u_hat[:, 0] += mu * _length(self.velocity[:, 1:])
-        moved = project_on_cones(self.impulse - self.u_hat / norms[:, None], mu)
-        self.residual = _length((self.impulse - moved) * norms[:, None])
+        self.residual = _length(natural_map(self.impulse, self.u_hat, mu, 1 / norms))
 
     def errors(self, which: npt.NDArray[np.int64]) -> dict[str, Any]:
         """Extremes and counts over some contacts."""
@@ -303,17 +304,26 @@ def diagonal_blocks(problem: FrictionProblem) -> Floats:
     return blocks
 
 
-def project_on_cones(x: Floats, mu: Floats) -> Floats:
-    """Rows of (k, d) projected on |x_T| <= mu x_N."""
-    normal, push = x[:, 0], _length(x[:, 1:])
-    found = x.copy()
-    is_inside = (push <= mu * normal) & (normal >= 0)  # 0 <= -0 where there is no friction
-    is_polar = ~is_inside & (mu * push <= -normal)
-    found[is_polar] = 0.0
+def natural_map(r: Floats, u_hat: Floats, mu: Floats, step: Floats) -> Floats:
+    """Rows (r - P_K(r - step u_hat)) / step of (k, d) arrays [m/s].
+
+    In each case of the projection the difference is taken by hand: impulses so large that r - step u_hat
+    rounds to r hide no velocity.
+    """
+    moved = r - step[:, None] * u_hat
+    push, given = _length(moved[:, 1:]), _length(r[:, 1:])
+    turned = (r[:, 1:] * u_hat[:, 1:]).sum(axis=1)
+    slip = (u_hat[:, 1:] ** 2).sum(axis=1)
+    both = push + given
+    longer = (step * slip - 2 * turned) / np.where(both > 0, both, 1.0)  # |moved_T| - |r_T|, over the step
+    over = ((given - mu * r[:, 0]) / step + longer + mu * u_hat[:, 0]) / (1 + mu**2)
+    found = u_hat.copy()
+    is_inside = (moved[:, 0] >= 0) & (push <= mu * moved[:, 0])  # 0 <= -0 where there is no friction
+    is_polar = ~is_inside & (mu * push <= -moved[:, 0])
+    found[is_polar] = (r / step[:, None])[is_polar]
     sides = np.flatnonzero(~is_inside & ~is_polar)
-    along = (normal[sides] + mu[sides] * push[sides]) / (1 + mu[sides] ** 2)
-    found[sides, 0] = along
-    found[sides, 1:] *= (mu[sides] * along / push[sides])[:, None]
+    found[sides, 0] -= mu[sides] * over[sides]
+    found[sides, 1:] += moved[sides, 1:] * (over[sides] / push[sides])[:, None]
     return found
 
 

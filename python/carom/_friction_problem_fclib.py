@@ -103,8 +103,8 @@ def _common(group: h5py.Group, vectors: h5py.Group) -> dict[str, Any]:
     return {"dimension": dimension, "mu": _vector(vectors, "mu"), "name": meta.get("title", ""), "meta": meta}
 
 
-def read_impulse(path: Path, which: str = "solution") -> Floats:
-    """(n,) float64 array of impulses that a file keeps [N s]; `which` is "solution" or "guesses/1", ...
+def read_impulse(path: Path) -> Floats:
+    """(n,) float64 array of impulses that a file keeps [N s]: its solution, else its first guess.
 
     Raises
     ------
@@ -114,9 +114,8 @@ def read_impulse(path: Path, which: str = "solution") -> Floats:
         When the file cannot be read.
     """
     with h5py.File(path, "r") as file:
-        group: h5py.Group = file
-        for part in which.split("/"):
-            group = _group(group, part)
+        is_guess = "solution" not in file and "guesses" in file
+        group = _group(_group(file, "guesses"), "1") if is_guess else _group(file, "solution")
         return _vector(group, "r")
 
 

@@ -31,6 +31,15 @@ def block(q: Any, mu: float, **more: Any) -> FrictionProblem:
     return problem_of(np.eye(len(q)), np.array(q, dtype=np.float64), [mu], len(q), **more)
 
 
+def projected(x: Floats, mu: Floats) -> Floats:
+    """Rows on the cones |x_T| <= mu x_N, by pulling them straight at the axis."""
+    found = x.copy()
+    found[:, 0] = np.maximum(found[:, 0], 0.0)
+    push = np.linalg.norm(found[:, 1:], axis=1)
+    found[:, 1:] *= np.minimum(1.0, mu * found[:, 0] / np.where(push > 0, push, 1.0))[:, None]
+    return found
+
+
 def bodies(seed: int, contacts: int, d: int = 3) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Random M, H, G (two bilateral constraints), f and w of a few bodies; all dense."""
     draw = np.random.default_rng(seed)

@@ -13,12 +13,12 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from friction_files import ARCH, DATA, ROCKS, block, problem_of
-from hypothesis import given, settings
+from friction_files import ARCH, DATA, ROCKS, block, problem_of, projected
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from carom import FRICTION_SOLVERS, FrictionProblem, RunFileError, check_certificate
-from carom._friction_problem_certificate import Certificate, project_on_cones
+from carom._friction_problem_certificate import FrictionCertificate
 
 FOLDER = Path(os.environ.get("CAROM_CONTACT_PROBLEMS", "/nonexistent"))
 PUBLIC = sorted([*DATA.glob("*.npz"), *FOLDER.glob("*.npz")], key=lambda path: path.name)
@@ -100,6 +100,10 @@ def _agrees_with(theirs: dict[str, Any], ours: Any, noise: float, kind: str) -> 
     friction=st.sampled_from([0.0, 0.3, 1.0, 10.0]),
     asymmetry=st.sampled_from([0.0, 1e-3]),
 )
+# sweeps diverge; impulses of 1e6 and more beside velocities of 1
+@example(seed=0, contacts=3, d=3, rank=2, scale=1.0, friction=10.0, asymmetry=1e-3)
+@example(seed=923, contacts=2, d=2, rank=1, scale=1e-6, friction=0.3, asymmetry=1e-3)
+@example(seed=338835, contacts=5, d=2, rank=6, scale=1e-6, friction=0.0, asymmetry=0.0)
 def test_every_answer_is_certified_or_refused(
     solver: str, seed: int, contacts: int, d: int, rank: int, scale: float, friction: float, asymmetry: float
 ) -> None:
@@ -174,7 +178,7 @@ def certified(tmp_path_factory: pytest.TempPathFactory) -> Path:
     certificate = p.certificate(found.impulse, islands=True)
     for suffix in ("json", "h5"):
         certificate.save(folder / f"c.{suffix}")
-        assert Certificate.load(folder / f"c.{suffix}") == certificate
+        assert FrictionCertificate.load(folder / f"c.{suffix}") == certificate
     return folder
 
 
@@ -234,7 +238,7 @@ def test_a_tampered_certificate_is_caught(
     p = FrictionProblem.load(certified / "p.npz")
     r = np.load(certified / "r.npy").ravel()
     r = r * (1 + 1e-6 * np.random.default_rng(2).standard_normal(r.size))
-    r = project_on_cones(r.reshape(-1, 3), p.mu).ravel()
+    r = projected(r.reshape(-1, 3), p.mu).ravel()
     table = p.certificate(r, 1e-3).to_dict()
     np.save(certified / "rough.npy", r)
     path = certified / "tampered.json"
@@ -280,11 +284,11 @@ def test_bad_certificates_are_refused(certified: Path, tmp_path: Path) -> None:
     for name, text in (("a.json", "[1"), ("b.json", "[]"), ("c.json", "{}"), ("d.h5", "no")):
         (tmp_path / name).write_text(text)
         with pytest.raises(RunFileError, match="is no certificate"):
-            Certificate.load(tmp_path / name)
+            FrictionCertificate.load(tmp_path / name)
     with h5py.File(certified / "c.h5") as file:
         assert file.attrs["residual.unit"] == "m/s"
         assert file["islands/residual"].attrs["unit"] == "m/s"
     with pytest.raises(RunFileError, match="no known suffix"):
-        Certificate.load(certified / "c.json").save(tmp_path / "c.txt")
+        FrictionCertificate.load(certified / "c.json").save(tmp_path / "c.txt")
     with pytest.raises(RunFileError, match="cannot be written"):
-        Certificate.load(certified / "c.json").save(tmp_path / "none" / "c.json")
+        FrictionCertificate.load(certified / "c.json").save(tmp_path / "none" / "c.json")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import shutil
 import signal
@@ -17,8 +18,9 @@ from friction_files import ARCH, ROCKS, bodies, problem_of, write_fclib
 from test_cli import SCENE
 
 from carom import FRICTION_SOLVERS, FrictionProblem, check_certificate, planar
-from carom._friction_problem_certificate import Certificate
+from carom._friction_problem_certificate import FrictionCertificate
 from carom.cli import main
+from carom.cli.problem_progress import SolveLine
 
 
 @pytest.fixture
@@ -127,7 +129,7 @@ def test_certificates_from_the_command_line(folder: Path, capsys: pytest.Capture
         words = ["problem", "certify", "rocks.npz", "r.npy", "--out", f"c.{suffix}", "--islands"]
         assert main(words) == 0
         assert "44 contacts solved at 1e-08" in capsys.readouterr().out
-        assert Certificate.load(f"c.{suffix}").islands
+        assert FrictionCertificate.load(f"c.{suffix}").islands
         assert check_certificate.main(["rocks.npz", "r.npy", f"c.{suffix}"]) == 0
 
 
@@ -207,6 +209,22 @@ def test_solvers_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["problem", "solvers"]) == 0
     assert capsys.readouterr().out.split() == list(FRICTION_SOLVERS)
     assert "exact" in FRICTION_SOLVERS
+
+
+def test_a_terminal_is_shown_what_a_solve_is_doing() -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    shown, piped = Terminal(), io.StringIO()
+    for stream in (shown, piped):
+        with SolveLine(stream) as line:
+            line("interior point", 12, 1e-3)
+            line("newton", 1, 1e-9)
+    assert "interior point: 12 iterations, residual 1.0e-03" in shown.getvalue()
+    last = shown.getvalue().split("\r")[-2:]
+    assert [part.strip() for part in last] == ["", ""]
+    assert piped.getvalue() == ""
 
 
 def test_ctrl_c_keeps_the_best_impulses(folder: Path) -> None:

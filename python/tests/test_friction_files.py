@@ -128,6 +128,11 @@ def test_global_problems_of_fclib_are_reduced(form: str, tmp_path: Path) -> None
     with h5py.File(again) as file:
         assert file["solution/u"][...] == pytest.approx(p.velocity(r))
         assert file["solution/v"][...] == pytest.approx(velocity)
+    with h5py.File(again, "a") as file:
+        file.move("solution", "guesses/1")
+    assert read_impulse_file(again).tolist() == r.ravel().tolist()
+    with pytest.raises(RunFileError, match="/solution is missing"):
+        read_impulse_file(path)
 
 
 def test_small_bodies_are_reduced_block_by_block(tmp_path: Path) -> None:
@@ -293,7 +298,7 @@ def grouped(file: h5py.File) -> None:
 def external(file: h5py.File) -> None:
     del file["fclib_local/vectors/q"]
     file["fclib_local/vectors"].create_dataset(
-        "q", shape=(12,), dtype="f8", external=[("/etc/hostname", 0, h5py.h5f.UNLIMITED)]
+        "q", shape=(12,), dtype="f8", external=[("other.bin", 0, h5py.h5f.UNLIMITED)]
     )
 
 

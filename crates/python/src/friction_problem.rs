@@ -2,6 +2,7 @@
 //! lock, stopped by Ctrl-C. Converts and guards; knows no physics.
 
 use crate::errors;
+use crate::lookout::Lookout;
 use carom::solver::exact::Exact;
 use carom::solver::{
     Csr, FrictionOutcome, FrictionProblem, FrictionSettings, FrictionSolver, FrictionSolverKind, Measure,
@@ -10,10 +11,6 @@ use carom::solver::{
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::time::{Duration, Instant};
-
-/// How often a solve looks for Ctrl-C and tells its progress.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// u = W r + q in contact frames with Coulomb's law at every contact; does not change.
 #[pyclass(frozen, module = "carom._carom", name = "FrictionProblem")]
@@ -60,35 +57,6 @@ fn plain_measure<'py>(py: Python<'py>, m: &Measure) -> PyResult<Bound<'py, PyDic
     dict.set_item("stick", m.stick)?;
     dict.set_item("slip", m.slip)?;
     Ok(dict)
-}
-
-/// Who watches a solve from Python: signals, and a function that is told the progress.
-struct Watcher {
-    tell: Option<Py<PyAny>>,
-    looked: Instant,
-    stopped: bool,
-    error: Option<PyErr>,
-}
-
-impl Watcher {
-    /// False once anything asked to stop.
-    fn look(&mut self, at: &Progress) -> bool {
-        if self.stopped || self.looked.elapsed() < LOOK_EVERY {
-            return !self.stopped;
-        }
-        let goes_on = Python::attach(|py| -> PyResult<bool> {
-            py.check_signals()?;
-            let Some(tell) = &self.tell else { return Ok(true) };
-            let answer = tell.call1(py, (at.stage, at.iterations, at.residual))?;
-            Ok(answer.extract::<Option<bool>>(py).ok().flatten().unwrap_or(true))
-        });
-        self.looked = Instant::now();
-        match goes_on {
-            Ok(yes) => self.stopped = !yes,
-            Err(error) => (self.stopped, self.error) = (true, Some(error)),
-        }
-        !self.stopped
-    }
 }
 
 #[pymethods]
@@ -146,15 +114,15 @@ impl PyFrictionProblem {
             None => vec![0.0; self.inner.velocity.len()],
         };
         let settings = FrictionSettings { tolerance, iterations, factorisations };
-        let mut watcher = Watcher { tell, looked: Instant::now(), stopped: false, error: None };
+        let mut lookout = Lookout::stoppable(tell);
         let outcome = py.detach(|| {
             let mut method = make(solver).expect("a name of the list has a solver");
-            method.solve(&self.inner, &settings, &mut impulses, &mut |at: &Progress| watcher.look(at))
+            method.solve(&self.inner, &settings, &mut impulses, &mut |at: &Progress| lookout.look(at))
         });
         let dict = plain_outcome(py, &outcome)?;
         dict.set_item("impulse", PyArray1::from_vec(py, impulses))?;
-        dict.set_item("stopped", watcher.stopped)?;
-        dict.set_item("error", watcher.error.map(|e| e.into_value(py)))?;
+        dict.set_item("stopped", lookout.stopped())?;
+        dict.set_item("error", lookout.take().map(|e| e.into_value(py)))?;
         Ok(dict)
     }
 }

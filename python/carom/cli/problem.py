@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import statistics
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +15,7 @@ import typer
 from carom._friction_problem import FrictionMeasure, FrictionProblem, FrictionSolution
 from carom._friction_problem_file import read_impulse_file, refused_file, write_impulse_file
 from carom.cli.failure import FAILED
+from carom.cli.problem_progress import SolveLine
 from carom.cli.problem_tables import (
     facts_of,
     measure_table,
@@ -61,13 +63,11 @@ def solve_command(
     problem = FrictionProblem.load(file)
     first = None if start is None else read_impulse_file(start)
     solutions: list[FrictionSolution] = []
+    budgets = {"iterations": iterations, "factorisations": factorisations}
     try:
-        for _ in range(repeat):
-            solutions.append(
-                problem.solve(
-                    solver, tolerance, iterations=iterations, factorisations=factorisations, start=first
-                )
-            )
+        with SolveLine(sys.stderr) as tell:
+            for _ in range(repeat):
+                solutions.append(problem.solve(solver, tolerance, **budgets, start=first, tell=tell))
     except KeyboardInterrupt as interrupt:
         best = getattr(interrupt, "best", None)
         if best is not None and not solutions:

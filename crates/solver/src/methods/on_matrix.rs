@@ -37,13 +37,24 @@ impl<M: Method> FrictionSolver for OnMatrix<M> {
         for (r, &mu) in impulses.chunks_exact_mut(problem.dimension).zip(&problem.friction) {
             project_on_cone(r, mu);
         }
-        let (end, finite) = match problem.dimension {
+        let given = impulses.to_vec();
+        let (end, mut finite) = match problem.dimension {
             1 => run::<M, 1>(problem, settings, impulses, watch),
             2 => run::<M, 2>(problem, settings, impulses, watch),
             _ => run::<M, 3>(problem, settings, impulses, watch),
         };
         let seconds = start.elapsed().as_secs_f64();
-        let measure = measure(problem, impulses);
+        let mut measured = measure(problem, impulses);
+        if !measured.solves(settings.tolerance) {
+            // sweeps on a W that is not symmetric can diverge, and velocities outgrow all numbers before impulses do
+            let before = measure(problem, &given);
+            if !(measured.natural <= before.natural || measured.scaled <= before.scaled) {
+                finite &= measured.scaled.is_finite();
+                impulses.copy_from_slice(&given);
+                measured = before;
+            }
+        }
+        let measure = measured;
         let solved = measure.solves(settings.tolerance);
         let reason = match (solved, finite, end.interrupted) {
             (true, ..) => String::new(),
