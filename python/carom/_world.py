@@ -403,7 +403,7 @@ class World(Judged):
         Warns
         -----
         InaccurateWarning
-            At the first inaccurate step since a setting was changed ("warn"; "escalate", where nothing helped).
+            At the first inaccurate step since a setting changed ("warn"; "escalate" where nothing helped).
         """
         length = None if dt is None else number(dt, "dt", "s")
         try:
