@@ -36,8 +36,7 @@ impl<const D: usize> Scaled<D> {
     /// The scaled form of a problem.
     pub fn of(blocks: &Blocks<D>) -> Self {
         let (count, padded) = (blocks.count(), blocks.velocity.len());
-        let largest = blocks.velocity.as_flattened().iter().fold(0.0_f64, |m, q| m.max(q.abs()));
-        let velocity_unit = if largest > 0.0 { largest } else { 1.0 };
+        let velocity_unit = blocks.largest_velocity();
         let mean = blocks.norms[..count].iter().sum::<f64>() / count.max(1) as f64;
         let stretch: Vec<[f64; D]> = (0..padded)
             .map(|i| {

@@ -134,7 +134,7 @@ pub fn solve_bodies<S: Space>(
     match method {
         Method::Bodies(kind) => {
             let mut impulses = Impulses::zero(problem);
-            let settings = SolveSettings { iterations: 1_000_000, tolerance };
+            let settings = SolveSettings { iterations: 1_000_000, tolerance, ..SolveSettings::default() };
             let outcome = kind.make().solve(problem, &settings, &mut impulses);
             match outcome.stop {
                 Stop::Converged => Ok(impulses),
