@@ -184,13 +184,11 @@ impl<S: Geometry> Scene<'_, S> {
 
     /// What makes a solve exact whatever the cause.
     fn stronger_solver(&self) -> String {
-        match self.settings.solver.stronger().last() {
-            Some(kind) => format!(
-                "set solver = \"{}\" or \"{}\", or on_inaccurate = \"escalate\"",
-                SolverKind::Auto.name(),
-                kind.name()
-            ),
-            None => "raise tolerance to what the step needs, or take a smaller dt".into(),
+        if self.settings.solver.stronger().contains(&SolverKind::Exact) {
+            let (auto, exact) = (SolverKind::Auto.name(), SolverKind::Exact.name());
+            format!("set solver = \"{auto}\" or \"{exact}\", or on_inaccurate = \"escalate\"")
+        } else {
+            "raise tolerance to what the step needs, or take a smaller dt".into()
         }
     }
 
