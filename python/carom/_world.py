@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import copy
 import json
-import sys
-import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Never, Self
@@ -22,25 +20,21 @@ import numpy.typing as npt
 from carom import _carom
 from carom._adding import attributed, body_arguments
 from carom._body import ANGULAR_VELOCITY, POSITION, ROTATION, VELOCITY, Body
-from carom._certificate import Certificate
-from carom._explanation import Finding
 from carom._force import Force, loads
-from carom._problem import ContactProblem
+from carom._judged import Judged, SolveProgress
 from carom._report import Chunk, Snapshot, StepReport, chunk_of
 from carom._setting import Setting
 from carom._shapes import ShapeLike
 from carom._space import Floats, Records, Space, frozen, number
-from carom.errors import BuildError, InaccurateWarning, StepError, refused, unknown
+from carom.errors import BuildError, StepError, refused, unknown
 
 if TYPE_CHECKING:
     from carom.run import ProgressLike, Run
 
-#: Told of long solves: stage, iterations so far [1], residual so far in the solver's own measure.
-SolveProgress = Callable[[str, int, float], None]
 Density = float | Callable[[Floats], npt.ArrayLike]
 
 
-class World:
+class World(Judged):
     """Bodies, settings and time.
 
     Parameters
@@ -56,7 +50,7 @@ class World:
     """
 
     _space: ClassVar[Space]
-    __slots__ = ("__weakref__", "_forces", "_late_error", "_native", "_progress", "_warned", "last_run")
+    __slots__ = ("__weakref__", "_forces", "_late_error", "_native", "_progress", "last_run")
 
     gravity: Setting[Any] = Setting("(d,) acceleration of uniform gravity [m/s^2].")
     dt: Setting[float] = Setting("Length of a step [s].")
@@ -409,8 +403,7 @@ class World:
         Warns
         -----
         InaccurateWarning
-            At the first step above the tolerance since a setting was changed, when `on_inaccurate` is "warn",
-            and when it is "escalate" and no stronger solver helped.
+            At the first inaccurate step since a setting changed ("warn"; "escalate" where nothing helped).
         """
         length = None if dt is None else number(dt, "dt", "s")
         try:
@@ -422,18 +415,6 @@ class World:
             if error.field == "dt":
                 error.value = dt
             raise
-
-    def _warn(self, step: int, time: float, findings: tuple[Finding, ...]) -> None:
-        """Warns once until the next run or change of a setting."""
-        if self._warned:
-            return
-        self._warned = True
-        reasons = "\n".join(f"  - {finding}" for finding in findings)
-        text = (
-            f"step {step} (t = {time:.6g} s) is less accurate than asked; further ones of this run are "
-            f"not told (on_inaccurate):\n{reasons}"
-        )
-        warnings.warn(InaccurateWarning(text, findings), stacklevel=_levels_to_the_caller())
 
     def run(
         self,
@@ -462,10 +443,7 @@ class World:
         StepError, KeyboardInterrupt
             What was done until then is in ``last_run``.
 
-        Warns
-        -----
-        InaccurateWarning
-            At the first step above the tolerance, as for `step`; the run goes on.
+        Warns as `step` does; the run goes on.
         """
         from carom.run import run_world
 
@@ -550,57 +528,6 @@ class World:
         """Work by cause since the world began, and the closure [J]."""
         return dict(zip(_carom.LEDGER_LINES, self._native.ledger(), strict=True))
 
-    def problem(self, dt: float | None = None, *, phase: str = "contact") -> ContactProblem:
-        """The contact problem that the next step would solve; the world does not change.
-
-        Parameters
-        ----------
-        dt : length of that step [s]; the setting when absent
-        phase : "contact" for the persistent contacts, "impact" for the impacts before them
-
-        Raises
-        ------
-        StepError
-            As for `step`, save that a solver's refusal of this very problem is none.
-        """
-        length = None if dt is None else number(dt, "dt", "s")
-        return ContactProblem._of(self._space, self._native.problem(length, _phase(phase)), self.names)
-
-    def last_problem(self, phase: str = "contact") -> tuple[ContactProblem, Floats]:
-        """The contact problem that the last step solved, and the impulses that it found.
-
-        Parameters
-        ----------
-        phase : "contact" for the persistent contacts, "impact" for the first round of the impacts before them
-
-        Returns
-        -------
-        The problem, and a (k, d) float64 array: normal, then tangential impulses, contact frames [N s]
-        """
-        native, flat = self._native.last_problem(_phase(phase))
-        impulses: Floats = frozen(flat.reshape(-1, self._space.dimension))
-        return ContactProblem._of(self._space, native, self.names), impulses
-
-    def certificate(self, phase: str = "contact", *, island: str | None = None) -> Certificate:
-        """The certificate of the last step's solve, measured from the problem and the impulses alone.
-
-        Parameters
-        ----------
-        phase : "contact" for the persistent contacts, "impact" for the first round of the impacts before
-            them; where the energy guard put Moreau's law in the place of Newton's, the residual tells that
-        island : name of a body whose island alone is meant; contacts keep their numbers
-
-        Raises
-        ------
-        BuildError
-            When there is no such body, or nothing touches it.
-        """
-        found = self._native.certificate(_phase(phase), island)
-        if found is None:
-            remedy = "name a body that has contacts, see w.contacts"
-            raise refused(None, "island", "must be the name of a touching body", island, remedy)
-        return Certificate.from_json(found)
-
     # --- snapshots ---
 
     def snapshot(self) -> Snapshot:
@@ -666,22 +593,6 @@ class World:
         still = len([kind for kind in kinds if kind != "dynamic"])
         parts = f"{len(self)} bodies" + (f" ({still} obstacles)" if still else "")
         return f"<{self._space.name}.World {parts}, t = {self.time:.6g} s, solver {self.solver}>"
-
-
-def _phase(name: str) -> str:
-    """One of the two problems of a step."""
-    if name not in ("contact", "impact"):
-        raise refused(None, "phase", 'must be "contact" or "impact"', name, 'choose "contact" or "impact"')
-    return name
-
-
-def _levels_to_the_caller() -> int:
-    """Stack levels from whoever calls this up to the first frame outside the package, for `warnings.warn`."""
-    own = str(Path(__file__).parent)
-    frame, levels = sys._getframe(1), 1
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(own):
-        frame, levels = frame.f_back, levels + 1
-    return levels
 
 
 def _restored(kind: type[World], snapshot: bytes) -> World:

@@ -140,7 +140,8 @@ def test_a_certificate_agrees_with_the_report_and_survives_files(face: Face, tmp
     assert certificate.relative_residual == report.relative_residual
     assert certificate.worst_names == report.worst_contact
     assert certificate["cone_violation"] == 0.0
-    assert abs(certificate.energy_identity) <= 1e-14 * certificate.energy_turned_over
+    # impulses of 1.6e3 N s times velocities that are formed to rounding, over a turnover of 2 J
+    assert abs(certificate.energy_identity) <= 1e-13 * certificate.energy_turned_over
     assert set(certificate) >= {"residual", "complementarity", "slip_angle_error", "energy_identity"}
     assert len(certificate) == len(dict(certificate))
     for name in ("one.json", "one.h5"):

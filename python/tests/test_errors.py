@@ -223,7 +223,7 @@ SETTINGS: dict[str, tuple[dict[str, Any], str]] = {
     "mistyped": ({"itterations": 3}, "unknown setting 'itterations'; did you mean 'iterations'?"),
     "solver": (
         {"solver": "pgss"},
-        "solver must be one of 'sequential', 'pgs', 'pgs_matrix', 'direct', 'lemke', got 'pgss'",
+        f"solver must be one of {', '.join(map(repr, carom.SOLVERS))}, got 'pgss'",
     ),
     "half an iteration": ({"iterations": 2.5}, "iterations must be a whole number >= 0, got 2.5"),
     "no iteration": ({"iterations": 0}, "iterations must be in 1 to 100,000,000, got 0"),

@@ -14,6 +14,7 @@ in_plane_and_space!(
     asking_for_warnings_changes_no_bit,
     a_tolerance_of_zero_asks_for_nothing,
     the_order_of_bodies_changes_no_wrench,
+    the_order_of_bodies_changes_no_wrench_with_friction_either,
     an_explanation_names_the_bodies_and_their_mass_ratio,
     an_explanation_tells_overlap_and_redundant_contacts,
     an_accurate_step_says_so,
@@ -153,6 +154,32 @@ pub fn the_order_of_bodies_changes_no_wrench<S: Dimension>() {
                 1e-10,
                 &format!("relative change of a wrench, order {k} [1]"),
             );
+        }
+    }
+}
+
+/// The same with friction, where impulses are not unique, by `exact` alone: what two bodies exert on each other is.
+pub fn the_order_of_bodies_changes_no_wrench_with_friction_either<S: Dimension>() {
+    let orders = [[0, 1, 2], [2, 1, 0], [1, 2, 0]];
+    let forces = orders.map(|order| {
+        let mut w =
+            world::<S>(Settings { tolerance: 1e-12, ..asked(SolverKind::Exact, OnInaccurate::Raise) });
+        add_floor(&mut w, 0.5, 0.0);
+        for k in order {
+            let mass = [1.0, 1.0, 1e3][k];
+            let block =
+                BodySpec::heavy(S::block(1.0, 1.0), mass).at(S::at(0.0, 0.5 + k as f64)).friction(0.5);
+            add(&mut w, &format!("box{k}"), block);
+        }
+        step(&mut w);
+        step(&mut w);
+        let index = |name: &str| w.index(name).expect("added");
+        [("floor", "box0"), ("box0", "box1"), ("box1", "box2")]
+            .map(|(a, b)| normal_force(&w, index(a), index(b)))
+    });
+    for force in &forces[1..] {
+        for (one, other) in force.iter().zip(&forces[0]) {
+            at_most((one - other).abs() / other, 1e-10, "relative change of a wrench with friction [1]");
         }
     }
 }

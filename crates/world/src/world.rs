@@ -12,7 +12,7 @@ use crate::observe::explain::{Explanation, Scene, phase_of};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::StepReport;
 use crate::settings::{Scheme, Settings};
-use crate::stepping::fixed_step::{FixedStep, SchemeReport};
+use crate::stepping::fixed_step::{FixedStep, Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Planar, Rotation, Spatial};
@@ -381,9 +381,8 @@ impl<S: Geometry> World<S> {
                 &self.touches,
                 &self.settings,
                 &step,
-                &mut loads,
+                Outside { loads: &mut loads, watch },
                 &mut self.warm,
-                watch,
             ),
         }
     }

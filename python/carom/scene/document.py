@@ -30,7 +30,7 @@ SCHEMA_VERSION = 1
 Integrator = Literal["trapezoid", "explicit_euler", "semi_implicit_euler", "implicit_midpoint", "rk4"]
 Scheme = Literal["fixed_step"]
 Solver = Literal[
-    "sequential", "pgs", "pgs_matrix", "direct", "lemke", "nncg", "apgd", "enumeration", "auto"
+    "sequential", "pgs", "pgs_matrix", "direct", "lemke", "nncg", "apgd", "enumeration", "exact", "auto"
 ]  # fmt: skip
 OnInaccurate = Literal["ignore", "warn", "raise", "escalate"]
 Mixing = Literal["min", "max", "mean", "product", "geometric", "harmonic"]

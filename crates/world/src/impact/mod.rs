@@ -110,6 +110,14 @@ impl<S: Geometry> Default for Impacts<S> {
     }
 }
 
+/// A solver, and who watches it.
+pub struct Watched<'a, 'w, S: Geometry> {
+    /// The solver.
+    pub solver: &'a mut dyn ImpulseSolver<S>,
+    /// Told of long solves.
+    pub watch: &'a mut Watch<'w>,
+}
+
 impl<S: Geometry> Impacts<S> {
     /// Applies the impact law where anything approaches; `None` when nothing does.
     pub fn resolve(
@@ -118,9 +126,8 @@ impl<S: Geometry> Impacts<S> {
         touches: &[Touch<S>],
         settings: &Settings<S>,
         thresholds: &Thresholds,
-        solver: &mut dyn ImpulseSolver<S>,
+        watched: &mut Watched<S>,
         ledger: &mut Ledger,
-        watch: &mut Watch,
     ) -> Option<SolveReport> {
         self.resolved.clear();
         self.resolved.resize(touches.len(), false);
@@ -134,7 +141,7 @@ impl<S: Geometry> Impacts<S> {
                 self.exchange();
             }
             self.assemble(bodies, touches, settings);
-            let solved = self.strike(bodies, settings, thresholds, solver, ledger, watch);
+            let solved = self.strike(bodies, settings, thresholds, watched, ledger);
             let refused = matches!(solved.stop, Stop::Refused(_) | Stop::Interrupted);
             report = Some(match report {
                 Some(before) => joined(before, solved),
@@ -169,11 +176,10 @@ impl<S: Geometry> Impacts<S> {
         bodies: &mut Bodies<S>,
         settings: &Settings<S>,
         thresholds: &Thresholds,
-        solver: &mut dyn ImpulseSolver<S>,
+        watched: &mut Watched<S>,
         ledger: &mut Ledger,
-        watch: &mut Watch,
     ) -> SolveReport {
-        let outcome = self.solve(settings, thresholds, solver, watch);
+        let outcome = self.solve(settings, thresholds, watched);
         for (&k, g) in self.struck.iter().zip(&self.impulses.contacts) {
             self.totals[k].normal += g.normal;
             self.totals[k].tangent += g.tangent;
@@ -191,8 +197,7 @@ impl<S: Geometry> Impacts<S> {
         &mut self,
         settings: &Settings<S>,
         thresholds: &Thresholds,
-        solver: &mut dyn ImpulseSolver<S>,
-        watch: &mut Watch,
+        Watched { solver, watch }: &mut Watched<S>,
     ) -> Outcome {
         self.impulses.reset(&self.problem);
         let solve = SolveSettings {
@@ -202,8 +207,8 @@ impl<S: Geometry> Impacts<S> {
         };
         match settings.impact {
             ImpactLaw::Newton => {
-                let outcome = newton::solve(&self.problem, &solve, solver, &mut self.impulses, watch);
-                guard::apply(&self.problem, &self.bounces, &solve, solver, &mut self.impulses);
+                let outcome = newton::solve(&self.problem, &solve, *solver, &mut self.impulses, watch);
+                guard::apply(&self.problem, &self.bounces, &solve, *solver, &mut self.impulses);
                 outcome
             }
             ImpactLaw::Sequential => {

@@ -123,9 +123,14 @@ impl<S: Geometry> Scene<'_, S> {
     pub fn explain(&self, report: &StepReport<S>) -> Explanation {
         let mut told = Explanation { accurate: report.is_accurate(), findings: Vec::new() };
         let solves = [(Phase::Impact, &report.impact_solve), (Phase::Contact, &report.contact_solve)];
-        for (phase, solve) in solves {
-            if let Some(solve) = solve {
-                self.explain_solve(&mut told, phase, solve);
+        // what is wrong comes first
+        for is_within in [false, true] {
+            for (phase, solve) in &solves {
+                if let Some(solve) =
+                    solve.as_ref().filter(|s| s.is_within(self.settings.tolerance) == is_within)
+                {
+                    self.explain_solve(&mut told, *phase, solve);
+                }
             }
         }
         if told.findings.is_empty() {
@@ -179,13 +184,11 @@ impl<S: Geometry> Scene<'_, S> {
 
     /// What makes a solve exact whatever the cause.
     fn stronger_solver(&self) -> String {
-        match self.settings.solver.stronger().last() {
-            Some(kind) => format!(
-                "set solver = \"{}\" or \"{}\", or on_inaccurate = \"escalate\"",
-                SolverKind::Auto.name(),
-                kind.name()
-            ),
-            None => "raise tolerance to what the step needs, or take a smaller dt".into(),
+        if self.settings.solver.stronger().contains(&SolverKind::Exact) {
+            let (auto, exact) = (SolverKind::Auto.name(), SolverKind::Exact.name());
+            format!("set solver = \"{auto}\" or \"{exact}\", or on_inaccurate = \"escalate\"")
+        } else {
+            "raise tolerance to what the step needs, or take a smaller dt".into()
         }
     }
 
@@ -198,7 +201,7 @@ impl<S: Geometry> Scene<'_, S> {
             let text = format!("the worst island went further because {further}");
             told.add(Topic::Iterations, spent as f64, Vec::new(), text, "");
         } else if spent >= budget {
-            let text = format!("{spent} iterations were spent, which is the budget");
+            let text = format!("{spent} iterations were spent, of a budget of {budget} per solve");
             told.add(
                 Topic::Iterations,
                 spent as f64,

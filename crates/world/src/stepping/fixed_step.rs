@@ -9,7 +9,7 @@ use crate::bodies::Bodies;
 use crate::correction::{Correction, Overlap};
 use crate::error::StepError;
 use crate::force::Wrench;
-use crate::impact::{Impacts, Role, Thresholds};
+use crate::impact::{Impacts, Role, Thresholds, Watched};
 use crate::integrate::{DriftWork, Integrator, Loads, Step};
 use crate::mid_step::MidStep;
 use crate::narrow_phase::{Touch, normal_velocity, smallest_extent};
@@ -81,6 +81,14 @@ pub struct SchemeReport {
     pub ledger: Ledger,
 }
 
+/// What a step asks for, and tells, outside.
+pub struct Outside<'a, 'l, 'w, S: Geometry> {
+    /// Gives the applied wrenches.
+    pub loads: &'a mut Loads<'l, S>,
+    /// Told of long solves.
+    pub watch: &'a mut Watch<'w>,
+}
+
 /// Share of |g| h below which a plastic approach is left to the kick \[1\]: it stops there, after a way of at most
 /// half of h u, which is within the correction's slop. Below it lies what inexact solves leave in piles; an impact
 /// phase of their own, solved from nothing and inexactly, would take away in each step what the warm start of the
@@ -110,9 +118,8 @@ impl<S: Geometry> FixedStep<S> {
         touches: &[Touch<S>],
         settings: &Settings<S>,
         step: &Step<S>,
-        loads: &mut Loads<S>,
+        Outside { loads, watch }: Outside<S>,
         warm: &mut WarmStart<S>,
-        watch: &mut Watch,
     ) -> Result<SchemeReport, StepError> {
         let mut report = SchemeReport::default();
         let limits = thresholds(settings, bodies, step.dt);
@@ -180,7 +187,8 @@ impl<S: Geometry> FixedStep<S> {
         watch: &mut Watch,
     ) -> Option<SolveReport> {
         let (_, _, solver) = self.solver.as_mut()?;
-        self.impacts.resolve(bodies, touches, settings, limits, solver.as_mut(), ledger, watch)
+        let mut watched = Watched { solver: solver.as_mut(), watch };
+        self.impacts.resolve(bodies, touches, settings, limits, &mut watched, ledger)
     }
 
     /// First drift; what it does to the energy besides work is the integrator's line.
