@@ -20,7 +20,7 @@ mod step;
 pub(crate) mod sweeps;
 mod system;
 
-use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
+use crate::friction_problem::{FrictionProblem, Measure, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::methods::lemke::Lemke;
 use crate::watch::Watch;
@@ -149,12 +149,24 @@ fn in_dimension<const D: usize>(
         project_on_cone(r, blocks.friction[i]);
     }
     let seconds = started.elapsed().as_secs_f64();
-    impulses.copy_from_slice(r[..blocks.count()].as_flattened());
-    let measure = measure(problem, impulses);
-    let solved = measure.solves(settings.tolerance);
+    let found = r[..blocks.count()].as_flattened();
+    let mut reached = measure(problem, found);
+    let solved = reached.solves(settings.tolerance);
+    let mut given = impulses.to_vec();
+    impulses.copy_from_slice(found);
+    if !solved && given.iter().all(|r| r.is_finite()) {
+        // a short budget may end where the first sweeps have led away from a good start
+        given.chunks_exact_mut(D).zip(&problem.friction).for_each(|(r, mu)| project_on_cone(r, *mu));
+        let start = measure(problem, &given);
+        let worst = |m: &Measure| m.natural.max(0.1 * m.scaled);
+        if worst(&start) < worst(&reached) {
+            reached = start;
+            impulses.copy_from_slice(&given);
+        }
+    }
     FrictionOutcome {
         solved,
-        measure,
+        measure: reached,
         stages: answer.stages,
         factorisations: answer.factorisations,
         seconds,

@@ -1,6 +1,6 @@
-//! The problem in the units of the cone L: x = (mu r_N, r_T) s_W / s_q, W~ = P W P / s_W, q~ = P q / s_q with
-//! P = diag(1 / mu, 1, 1), s_q the largest entry of q and s_W the mean norm of the diagonal blocks (theory
-//! chapter 7). A contact without friction keeps its normal row; its tangential rows are zeroed, so they stay zero.
+//! The problem in the units of the cone L: x = P^-1 r s_W / s_q, W~ = P W P / s_W, q~ = P q / s_q with
+//! P = d_i diag(1 / mu, 1, 1), d_i = (s_W / |W_ii|)^1/4 the contact's own unit, s_q the largest entry of d q and s_W
+//! the mean norm of the diagonal blocks (theory chapter 7). A contact without friction keeps its normal row; its tangential rows are zeroed, so they stay zero.
 
 use super::blocks::Blocks;
 use super::judge::{Errors, errors};
@@ -36,12 +36,26 @@ impl<const D: usize> Scaled<D> {
     /// The scaled form of a problem.
     pub fn of(blocks: &Blocks<D>) -> Self {
         let (count, padded) = (blocks.count(), blocks.velocity.len());
-        let velocity_unit = blocks.largest_velocity();
         let mean = blocks.norms[..count].iter().sum::<f64>() / count.max(1) as f64;
+        // Without own units light bodies set the scale for heavy ones: of 34 piles, chains and random problems with masses
+        // over 1e6 none is solved with 400 factorisations, with the fourth root two thirds are. The square root, which
+        // makes all blocks alike, hides from the start which contacts carry the load: a pile of spheres then takes 373
+        // factorisations instead of 28.
+        let own: Vec<f64> = (0..padded)
+            .map(|i| {
+                if i < count && blocks.norms[i] > 0.0 { (mean / blocks.norms[i]).sqrt().sqrt() } else { 1.0 }
+            })
+            .collect();
+        let largest =
+            blocks.velocity.iter().zip(&own).flat_map(|(q, own)| q.iter().map(move |q| (q * own).abs()));
+        let largest = largest.fold(0.0, f64::max);
+        let velocity_unit = if largest > 0.0 { largest } else { 1.0 };
         let stretch: Vec<[f64; D]> = (0..padded)
             .map(|i| {
                 let mu = blocks.friction[i];
-                std::array::from_fn(|k| if k == 0 && mu > NO_FRICTION && D > 1 { 1.0 / mu } else { 1.0 })
+                std::array::from_fn(
+                    |k| if k == 0 && mu > NO_FRICTION && D > 1 { own[i] / mu } else { own[i] },
+                )
             })
             .collect();
         let slides = |i: usize, k: usize| k == 0 || blocks.friction[i] > NO_FRICTION;

@@ -56,35 +56,47 @@ fn census(index: usize, list: &[Named]) -> (usize, Vec<String>) {
     (solved, missed)
 }
 
-/// Fails unless every candidate solves its share of what is well posed in a list.
+/// Fails unless every candidate that is for all problems solves at least this share of the lists' well-posed ones.
 #[track_caller]
-fn assert_shares(what: &str, list: &[Named]) {
+fn assert_solves(least: f64, lists: &[(String, Vec<Named>)]) {
     for (index, candidate) in candidates().into_iter().enumerate() {
         if candidate.share < 0.99 {
             continue; // methods for some problems are held to their share where problems are small
         }
-        let (solved, missed) = census(index, list);
         let name = candidate.solver.name();
-        println!("{what}: {name} solves {solved} of {}, misses {} well-posed", list.len(), missed.len());
-        let most = (1.0 - candidate.share) * list.len() as f64;
-        assert!(missed.len() as f64 <= most, "{what}: {name} misses {}: {missed:#?}", missed.len());
+        let (mut all, mut missing) = (0, Vec::new());
+        for (what, list) in lists {
+            let (solved, missed) = census(index, list);
+            println!("{what}: {name} solves {solved} of {}, misses {} well-posed", list.len(), missed.len());
+            all += list.len();
+            missing.extend(missed);
+        }
+        let most = (1.0 - least) * all as f64;
+        assert!(missing.len() as f64 <= most, "{name} misses {} of {all}: {missing:#?}", missing.len());
     }
 }
 
-/// Every family, to each solver's reach.
+/// Every family.
 #[test]
-#[ignore = "minutes: thousands of problems"]
+#[ignore = "thousands of problems"]
 fn well_posed_random_problems_are_solved() {
-    for f in Family::ALL {
-        assert_shares(&format!("{f:?}"), &family(f, 400, 25));
-    }
+    let lists: Vec<_> = Family::ALL.into_iter().map(|f| (format!("{f:?}"), family(f, 400, 25))).collect();
+    assert_solves(0.999, &lists);
 }
 
-/// Every kind of structure, to each solver's reach.
+/// Every kind of structure, a fourth of them with mass ratios of 1e6; what is missed is among those and among piles and
+/// chains with a friction of 2.
 #[test]
-#[ignore = "minutes: hundreds of structures"]
+#[ignore = "hundreds of structures"]
 fn well_posed_structures_are_solved() {
-    for kind in 0..KINDS {
-        assert_shares(&format!("structures of kind {kind}"), &structures(kind, 40));
-    }
+    let lists: Vec<_> = (0..KINDS).map(|k| (format!("structures of kind {k}"), structures(k, 40))).collect();
+    assert_solves(0.975, &lists);
+}
+
+/// The first few of each, in seconds.
+#[test]
+fn well_posed_problems_are_solved() {
+    let families = Family::ALL.into_iter().map(|f| (format!("{f:?}"), family(f, 60, 25)));
+    let structures = (0..KINDS).map(|k| (format!("structures of kind {k}"), structures(k, 5)));
+    assert_solves(0.995, &families.chain(structures).collect::<Vec<_>>());
 }

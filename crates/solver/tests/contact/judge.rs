@@ -104,6 +104,31 @@ pub fn noise(problem: &FrictionProblem, impulses: &[f64]) -> f64 {
     f64::EPSILON * (0..impulses.len()).map(terms).fold(largest, f64::max) / size
 }
 
+/// The largest fault of a contact by the law of contact problems, in m/s: the normal map |r_N - max(0, r_N - m_N u_N)| / m_N
+/// and the tangential map |r_T - P(r_T - m_T u_T)| / m_T with P the projection on |r_T| <= mu r_N, together; m_N is
+/// 1/W_NN and m_T one over the largest eigenvalue of W_TT (theory eqs. 5.31 and 5.32).
+pub fn dense_law(problem: &FrictionProblem, impulses: &[f64]) -> f64 {
+    let (d, w) = (problem.dimension, problem.matrix.dense());
+    let times = |row: &Vec<f64>| row.iter().zip(impulses).map(|(a, r)| a * r).sum::<f64>();
+    let u: Vec<f64> = w.iter().zip(&problem.velocity).map(|(row, q)| times(row) + q).collect();
+    let mut worst: f64 = 0.0;
+    for (i, mu) in problem.friction.iter().enumerate() {
+        let (n, t) = (d * i, d * i + 1..d * (i + 1));
+        let normal = (impulses[n] * w[n][n]).min(u[n]);
+        let block: Vec<Vec<f64>> = t.clone().map(|k| w[k][t.clone()].to_vec()).collect();
+        let largest = spectral_norm(&block);
+        let own = if largest > 0.0 { largest } else { w[n][n] };
+        let trial: Vec<f64> = t.clone().map(|k| impulses[k] - u[k] / own).collect();
+        let (size, limit) = (length(&trial), mu * impulses[n].max(0.0));
+        let share = if size > limit { limit / size } else { 1.0 };
+        let inside = size <= limit;
+        let off =
+            t.clone().zip(&trial).map(|(k, x)| if inside { u[k] } else { (impulses[k] - share * x) * own });
+        worst = worst.max(normal.hypot(length(&off.collect::<Vec<f64>>())));
+    }
+    worst
+}
+
 /// The library's measure and this one agree, at solutions and beside them, in all families and dimensions.
 #[test]
 fn the_measure_is_what_its_definition_says() {

@@ -5,6 +5,7 @@
 #[macro_use]
 mod common;
 
+mod bodies;
 mod census;
 mod certified;
 mod directions;
