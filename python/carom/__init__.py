@@ -17,12 +17,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from carom import _carom, collision, errors, impact, planar, spatial
+from carom._certificate import Certificate
+from carom._explanation import Explanation, Finding
 from carom._problem import ContactProblem, Residual, Solution
-from carom._report import Snapshot, StepReport
+from carom._report import IslandReport, Snapshot, StageReport, StepReport
 from carom.errors import (
     BuildError,
     BusyError,
     CaromError,
+    InaccurateError,
+    InaccurateWarning,
     RunFileError,
     SceneError,
     SolverError,
@@ -41,6 +45,8 @@ __version__: str = _carom.__version__
 LEDGER_LINES: tuple[str, ...] = tuple(_carom.LEDGER_LINES)
 #: Solvers by name.
 SOLVERS: tuple[str, ...] = tuple(_carom.SOLVERS)
+#: What can happen to a solve above the tolerance.
+ON_INACCURATE: tuple[str, ...] = tuple(_carom.ON_INACCURATE)
 #: Meaning of the codes of a contact's `status`.
 CONTACT_STATUS: tuple[str, ...] = tuple(_carom.CONTACT_STATUS)
 
@@ -87,12 +93,19 @@ def __dir__() -> list[str]:
 __all__ = [
     "CONTACT_STATUS",
     "LEDGER_LINES",
+    "ON_INACCURATE",
     "SOLVERS",
     "BuildError",
     "BusyError",
     "CaromError",
+    "Certificate",
     "Comparison",
     "ContactProblem",
+    "Explanation",
+    "Finding",
+    "InaccurateError",
+    "InaccurateWarning",
+    "IslandReport",
     "Residual",
     "Run",
     "RunFileError",
@@ -101,6 +114,7 @@ __all__ = [
     "Snapshot",
     "Solution",
     "SolverError",
+    "StageReport",
     "StepError",
     "StepReport",
     "ViewError",

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
@@ -18,7 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from carom import _carom
+from carom._certificate import Certificate
 from carom._problem_file import read_problem, write_problem
+from carom._report import IslandReport
 from carom._space import PLANAR, SPATIAL, Floats, Space, frozen, number, whole
 from carom.errors import BuildError, refused, unknown
 
@@ -58,6 +60,8 @@ class Solution:
     iterations : spent [1]
     status : "converged", "out_of_iterations" or "refused"
     reason : why the method refused, else None; the impulses are then those it started from
+    islands : `carom.IslandReport` of each island where anything pressed, from solvers that go by island;
+        bodies that have no names are told by their rows
     """
 
     solver: str
@@ -70,6 +74,7 @@ class Solution:
     iterations: int
     status: str
     reason: str | None
+    islands: tuple[IslandReport, ...] = ()
 
     @property
     def converged(self) -> bool:
@@ -243,7 +248,7 @@ class ContactProblem:
 
         Parameters
         ----------
-        solver : "pgs", "pgs_matrix", "sequential", "direct" or "lemke"
+        solver : one of `carom.SOLVERS`
         iterations : most to spend [1]
         tolerance : residual at which to stop [m/s]; 0 spends all iterations
         friction_law : "disc" or "box"; the problem's own when absent
@@ -253,6 +258,9 @@ class ContactProblem:
         ------
         BuildError
             For an unknown solver or law, and numbers out of range.
+
+        KeyboardInterrupt
+            After Ctrl-C in a long solve.
 
         A method that cannot solve the problem says so in the solution's status and reason.
         """
@@ -278,6 +286,7 @@ class ContactProblem:
             iterations=found["iterations"],
             status=found["status"],
             reason=found["reason"],
+            islands=tuple(self._island(fields) for fields in found["islands"]),
         )
 
     def residual(self, impulse: npt.ArrayLike, *, friction_law: str | None = None) -> Residual:
@@ -294,6 +303,50 @@ class ContactProblem:
             For a wrong count.
         """
         return Residual(*self._native.residual(self._flat(impulse, "impulse"), friction_law))
+
+    def _island(self, fields: tuple[Any, ...]) -> IslandReport:
+        contacts, rows, bodies, first, residual, relative, worst, stages, why = fields
+
+        def name(body: int) -> str:
+            return self._names[body] if self._names else str(body)
+
+        pair = None if worst is None else (name(worst[0]), name(worst[1]))
+        return IslandReport._told(
+            (contacts, rows, bodies, name(first), residual, relative, pair, stages, why)
+        )
+
+    def certificate(
+        self, impulse: npt.ArrayLike, *, friction_law: str | None = None, island: int | str | None = None
+    ) -> Certificate:
+        """The certificate of any impulses, measured from them and the problem alone.
+
+        Parameters
+        ----------
+        impulse : (k, d), or flat in scalar order with rows [N s]
+        friction_law : "disc" or "box"; the problem's own when absent
+        island : row or name of a body whose island alone is meant; contacts keep their numbers
+
+        Raises
+        ------
+        BuildError
+            For a wrong count, and when nothing touches the body of the island.
+        """
+        body: int | None
+        if isinstance(island, str):
+            body = self._names.index(island) if island in self._names else self.n_bodies
+        else:
+            body = None if island is None else whole(island, "island", "give a body's row")
+        known = body is None or 0 <= body < self.n_bodies
+        flat = self._flat(impulse, "impulse")
+        found = self._native.certificate(flat, friction_law, body) if known else None
+        if found is None:
+            remedy = "name a body that has contacts"
+            raise refused(None, "island", "must be a touching body", island, remedy)
+        made = Certificate.from_json(found)
+        if made.worst_bodies is None or not self._names:
+            return made
+        a, b = made.worst_bodies
+        return replace(made, worst_names=(self._names[a], self._names[b]))
 
     def _flat(self, value: npt.ArrayLike, field: str) -> list[float]:
         _, contacts, rows = self._native.counts()

@@ -3,32 +3,74 @@
 from __future__ import annotations
 
 import json
+import weakref
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy.typing as npt
 
 from carom import _carom
+from carom._explanation import Explanation, Finding, findings_of
 from carom._space import Floats, Records, Space
 
+if TYPE_CHECKING:
+    from carom._world import World
 
-class StepReport(NamedTuple):
-    """What one step tells of itself.
+
+class StageReport(NamedTuple):
+    """One solver's work on one island.
 
     Attributes
     ----------
-    step, time, dt : number of the step from 1, time after it [s], its length [s]
-    residual, relative_residual : worst of the step's solves [m/s], [1]
-    worst_contact : names of the two bodies where it is worst, or None
-    iterations, stop_reason : of all solves together; "converged" or "out_of_iterations"
-    contacts : found at the step's start, those about to close included
-    deepest_gap, deepest_contact : smallest gap at the step's start [m], negative for overlap, and its bodies
-    impact_residual : of the impacts alone [m/s]
-    kinetic, potential : energy after the step [J]
-    momentum, angular_momentum : totals after the step [kg m/s], [kg m^2/s]
-    lines : the step's work by cause [J], in the order of `carom._carom.LEDGER_LINES`; see `ledger`
+    solver, iterations : its name; spent [1]
+    residual : of what it found [m/s]; of what it was given where it refused
+    stop_reason : "converged", "out_of_iterations", "refused" or "interrupted"
+    refusal : why it refused, or None
     """
 
+    solver: str
+    iterations: int
+    residual: float
+    stop_reason: str
+    refusal: str | None
+
+
+class IslandReport(NamedTuple):
+    """How one island was solved: movable bodies that contacts join; obstacles join nothing.
+
+    Attributes
+    ----------
+    contacts, rows, bodies : how many it has [1]
+    first_body : name of the first of its bodies; names the island in `World.certificate`
+    residual, relative_residual : of the impulses returned [m/s], [1]
+    worst_contact : names of the two bodies where it is worst, or None
+    stages : the solvers that worked on it, in order
+    why_further : why it went past the first of them, in words; empty when it did not
+    """
+
+    contacts: int
+    rows: int
+    bodies: int
+    first_body: str
+    residual: float
+    relative_residual: float
+    worst_contact: tuple[str, str] | None
+    stages: tuple[StageReport, ...]
+    why_further: str
+
+    @classmethod
+    def _told(cls, fields: Iterable[Any]) -> Self:
+        made = cls._make(fields)
+        return made._replace(stages=tuple(StageReport._make(stage) for stage in made.stages))
+
+    @property
+    def solvers(self) -> tuple[str, ...]:
+        """Names of the solvers that worked on it, in order."""
+        return tuple(stage.solver for stage in self.stages)
+
+
+class _StepFields(NamedTuple):
     step: int
     time: float
     dt: float
@@ -46,6 +88,60 @@ class StepReport(NamedTuple):
     momentum: tuple[float, ...]
     angular_momentum: tuple[float, ...]
     lines: tuple[float, ...]
+    solver: str
+    tolerance: float
+    accurate: bool
+    islands: tuple[IslandReport, ...]
+    findings: tuple[Finding, ...]
+
+
+class StepReport(_StepFields):
+    """What one step tells of itself.
+
+    Attributes
+    ----------
+    step, time, dt : number of the step from 1, time after it [s], its length [s]
+    residual, relative_residual : worst of the step's solves [m/s], [1]
+    worst_contact : names of the two bodies where it is worst, or None
+    iterations, stop_reason : of all solves together; "converged" or "out_of_iterations"
+    contacts : found at the step's start, those about to close included
+    deepest_gap, deepest_contact : smallest gap at the step's start [m], negative for overlap, and its bodies
+    impact_residual : of the impacts alone [m/s]
+    kinetic, potential : energy after the step [J]
+    momentum, angular_momentum : totals after the step [kg m/s], [kg m^2/s]
+    lines : the step's work by cause [J], in the order of `carom._carom.LEDGER_LINES`; see `ledger`
+    solver, tolerance : asked for; the residual in m/s
+    accurate : whether every solve is within the tolerance by its residual; a tolerance of 0 asks for nothing
+    islands : `IslandReport` of each island where anything pressed, from solvers that go island by island:
+        those of impacts, then those of persistent contacts
+    findings : `Finding` of the step in brief; see `explain`
+    """
+
+    _world: weakref.ref[World] | None = None
+
+    @classmethod
+    def _told(cls, fields: Iterable[Any], world: World) -> Self:
+        *plain, islands, findings = fields
+        told = tuple(IslandReport._told(island) for island in islands)
+        made = cls._make((*plain, told, findings_of(findings)))
+        made._world = weakref.ref(world)
+        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self)._make, (tuple(self),)
+
+    def explain(self) -> Explanation:
+        """Why the step is as accurate as it is, in plain words with the bodies' names, and what to do.
+
+        Asked before the world goes on, it also estimates the condition of the worst island, for the cost of
+        some fifty sweeps; afterwards it tells the findings that were made with the step.
+        """
+        world = self._world() if self._world is not None else None
+        if world is not None and not self.accurate:
+            found = world._native.explain(self.step)
+            if found is not None:
+                return Explanation.of(self.accurate, found)
+        return Explanation(self.accurate, self.findings)
 
     @property
     def ledger(self) -> dict[str, float]:
@@ -145,7 +241,11 @@ class Snapshot(bytes):
 
 @dataclass(frozen=True)
 class Chunk:
-    """A piece of a run: f frames, s steps, n bodies; shapes and units as in `carom.recording`."""
+    """A piece of a run: f frames, s steps, n bodies; shapes and units as in `carom.recording`.
+
+    `inaccurate` has the number, the time [s] and the findings of the first step above the tolerance, when
+    it was asked for.
+    """
 
     time: Floats
     position: Floats
@@ -155,6 +255,7 @@ class Chunk:
     contact_offsets: npt.NDArray[Any]
     contacts: Records
     steps: Records
+    inaccurate: tuple[int, float, tuple[Finding, ...]] | None = None
 
 
 def chunk_of(recorded: dict[str, Any], space: Space, bodies: int) -> Chunk:
@@ -174,4 +275,12 @@ def chunk_of(recorded: dict[str, Any], space: Space, bodies: int) -> Chunk:
         contact_offsets=recorded["contact_offsets"],
         contacts=recorded["contacts"].view(space.contact_type),
         steps=recorded["steps"].view(space.step_type),
+        inaccurate=_first_inaccurate(recorded["inaccurate"]),
     )
+
+
+def _first_inaccurate(
+    told: tuple[int, float, list[Any]] | None,
+) -> tuple[int, float, tuple[Finding, ...]] | None:
+    """Number and time of the first step above the tolerance, and why."""
+    return None if told is None else (told[0], told[1], findings_of(told[2]))

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import copy
 import json
+import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Never, Self
@@ -20,17 +22,21 @@ import numpy.typing as npt
 from carom import _carom
 from carom._adding import attributed, body_arguments
 from carom._body import ANGULAR_VELOCITY, POSITION, ROTATION, VELOCITY, Body
+from carom._certificate import Certificate
+from carom._explanation import Finding
 from carom._force import Force, loads
 from carom._problem import ContactProblem
 from carom._report import Chunk, Snapshot, StepReport, chunk_of
 from carom._setting import Setting
 from carom._shapes import ShapeLike
 from carom._space import Floats, Records, Space, frozen, number
-from carom.errors import BuildError, StepError, refused, unknown
+from carom.errors import BuildError, InaccurateWarning, StepError, refused, unknown
 
 if TYPE_CHECKING:
     from carom.run import ProgressLike, Run
 
+#: Told of long solves: stage, iterations so far [1], residual so far in the solver's own measure.
+SolveProgress = Callable[[str, int, float], None]
 Density = float | Callable[[Floats], npt.ArrayLike]
 
 
@@ -50,7 +56,7 @@ class World:
     """
 
     _space: ClassVar[Space]
-    __slots__ = ("__weakref__", "_forces", "_late_error", "_native", "last_run")
+    __slots__ = ("__weakref__", "_forces", "_late_error", "_native", "_progress", "_warned", "last_run")
 
     gravity: Setting[Any] = Setting("(d,) acceleration of uniform gravity [m/s^2].")
     dt: Setting[float] = Setting("Length of a step [s].")
@@ -58,9 +64,15 @@ class World:
         '"trapezoid" (default), "explicit_euler", "semi_implicit_euler", "implicit_midpoint" or "rk4".'
     )
     scheme: Setting[str] = Setting('Time-stepping scheme: "fixed_step".')
-    solver: Setting[str] = Setting('"pgs" (default), "pgs_matrix", "sequential", "direct" or "lemke".')
+    solver: Setting[str] = Setting(
+        '"pgs" (default), "auto" (sweeps first, stronger where asked), or another of `carom.SOLVERS`.'
+    )
     iterations: Setting[int] = Setting("Most iterations per solve [1].")
     tolerance: Setting[float] = Setting("Residual at which a solve stops [m/s]; 0 spends all iterations.")
+    on_inaccurate: Setting[str] = Setting(
+        'What happens to a solve above the tolerance: "ignore", "warn" (default; once per run), "raise" (the '
+        'step is not taken) or "escalate" (its islands go on to stronger solvers).'
+    )
     warm_start: Setting[bool] = Setting("Whether a solve starts from the last step's impulses.")
     friction_law: Setting[str] = Setting('"disc" (Coulomb, default) or "box" (each tangent on its own).')
     impact: Setting[str] = Setting('Impact law: "newton" (default) or "sequential"; see `carom.impact`.')
@@ -80,6 +92,8 @@ class World:
         self._native: Any = self._space.world()
         self._forces: dict[str, Force] = {}
         self._late_error: BaseException | None = None
+        self._progress: SolveProgress | None = None
+        self._warned = False
         self.last_run: Run | None = None
         given = {"gravity": gravity, "dt": dt}
         for name, value in {**{k: v for k, v in given.items() if v is not None}, **settings}.items():
@@ -116,6 +130,7 @@ class World:
             raise refused(None, name, "must be a plain value", value, remedy) from None
         with attributed({name: value}):
             self._native.set(name, text)
+        self._warned = False
 
     # --- bodies ---
 
@@ -369,12 +384,14 @@ class World:
         """Time [s]."""
         return float(self._native.time())
 
-    def step(self, dt: float | None = None) -> StepReport:
+    def step(self, dt: float | None = None, *, progress: SolveProgress | None = None) -> StepReport:
         """Takes one step, without the interpreter's lock.
 
         Parameters
         ----------
         dt : its length [s]; the setting when absent
+        progress : called now and then while a solve is long, with what the solver is doing, the iterations
+            and the residual so far; what it raises ends the step
 
         Raises
         ------
@@ -382,16 +399,41 @@ class World:
             Naming the body whose numbers are not finite, or the argument; the world is as before.
         SolverError
             When the solver refuses the contact problem; the world is as before.
+        InaccurateError
+            When a solve ends above the tolerance and `on_inaccurate` is "raise"; the world is as before.
+        KeyboardInterrupt
+            After Ctrl-C in a long solve; the world is as before.
         BusyError
             When another thread steps this world.
+
+        Warns
+        -----
+        InaccurateWarning
+            At the first step above the tolerance since a setting was changed, when `on_inaccurate` is "warn",
+            and when it is "escalate" and no stronger solver helped.
         """
         length = None if dt is None else number(dt, "dt", "s")
         try:
-            return StepReport._make(self._native.step(length))
+            report = StepReport._told(self._native.step(length, progress), self)
+            if not report.accurate and not self._warned and self.on_inaccurate in ("warn", "escalate"):
+                self._warn(report.step, report.time, report.explain().findings)
+            return report
         except StepError as error:
             if error.field == "dt":
                 error.value = dt
             raise
+
+    def _warn(self, step: int, time: float, findings: tuple[Finding, ...]) -> None:
+        """Warns once until the next run or change of a setting."""
+        if self._warned:
+            return
+        self._warned = True
+        reasons = "\n".join(f"  - {finding}" for finding in findings)
+        text = (
+            f"step {step} (t = {time:.6g} s) is less accurate than asked; further ones of this run are "
+            f"not told (on_inaccurate):\n{reasons}"
+        )
+        warnings.warn(InaccurateWarning(text, findings), stacklevel=_levels_to_the_caller())
 
     def run(
         self,
@@ -401,6 +443,7 @@ class World:
         solver: str | None = None,
         iterations: int | None = None,
         tolerance: float | None = None,
+        on_inaccurate: str | None = None,
         every: int = 1,
         out: str | Path | None = None,
         progress: ProgressLike = None,
@@ -409,7 +452,7 @@ class World:
 
         Parameters
         ----------
-        dt, solver, iterations, tolerance : settings for this run alone
+        dt, solver, iterations, tolerance, on_inaccurate : settings for this run alone
         every : steps between recorded frames
         out : HDF5 file to record into; in memory when absent
         progress : True for a bar, or a function of a `carom.run.Moment`
@@ -418,6 +461,11 @@ class World:
         ------
         StepError, KeyboardInterrupt
             What was done until then is in ``last_run``.
+
+        Warns
+        -----
+        InaccurateWarning
+            At the first step above the tolerance, as for `step`; the run goes on.
         """
         from carom.run import run_world
 
@@ -428,6 +476,7 @@ class World:
             solver=solver,
             iterations=iterations,
             tolerance=tolerance,
+            on_inaccurate=on_inaccurate,
             every=every,
             out=out,
             progress=progress,
@@ -441,8 +490,10 @@ class World:
         late, self._late_error = self._late_error, None
         if late is not None:
             raise late
-        recorded, error = self._native.advance(n_steps, dt, every)
+        recorded, error = self._native.advance(n_steps, dt, every, not self._warned, self._progress)
         chunk = chunk_of(recorded, self._space, len(self))
+        if chunk.inaccurate is not None:
+            self._warn(*chunk.inaccurate)
         if error is not None and len(chunk.steps) == 0:
             raise error
         self._late_error = error
@@ -512,12 +563,43 @@ class World:
         StepError
             As for `step`, save that a solver's refusal of this very problem is none.
         """
-        if phase not in ("contact", "impact"):
-            raise refused(
-                None, "phase", 'must be "contact" or "impact"', phase, 'choose "contact" or "impact"'
-            )
         length = None if dt is None else number(dt, "dt", "s")
-        return ContactProblem._of(self._space, self._native.problem(length, phase), self.names)
+        return ContactProblem._of(self._space, self._native.problem(length, _phase(phase)), self.names)
+
+    def last_problem(self, phase: str = "contact") -> tuple[ContactProblem, Floats]:
+        """The contact problem that the last step solved, and the impulses that it found.
+
+        Parameters
+        ----------
+        phase : "contact" for the persistent contacts, "impact" for the first round of the impacts before them
+
+        Returns
+        -------
+        The problem, and a (k, d) float64 array: normal, then tangential impulses, contact frames [N s]
+        """
+        native, flat = self._native.last_problem(_phase(phase))
+        impulses: Floats = frozen(flat.reshape(-1, self._space.dimension))
+        return ContactProblem._of(self._space, native, self.names), impulses
+
+    def certificate(self, phase: str = "contact", *, island: str | None = None) -> Certificate:
+        """The certificate of the last step's solve, measured from the problem and the impulses alone.
+
+        Parameters
+        ----------
+        phase : "contact" for the persistent contacts, "impact" for the first round of the impacts before
+            them; where the energy guard put Moreau's law in the place of Newton's, the residual tells that
+        island : name of a body whose island alone is meant; contacts keep their numbers
+
+        Raises
+        ------
+        BuildError
+            When there is no such body, or nothing touches it.
+        """
+        found = self._native.certificate(_phase(phase), island)
+        if found is None:
+            remedy = "name a body that has contacts, see w.contacts"
+            raise refused(None, "island", "must be the name of a touching body", island, remedy)
+        return Certificate.from_json(found)
 
     # --- snapshots ---
 
@@ -547,6 +629,7 @@ class World:
             raise refused(None, "snapshot", "must be a snapshot", given, remedy)
         self._native.restore(given.decode(errors="replace"))
         self._late_error = None
+        self._warned = False
         self._forces = {name: self._forces[name] for name in self.forces}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -583,6 +666,22 @@ class World:
         still = len([kind for kind in kinds if kind != "dynamic"])
         parts = f"{len(self)} bodies" + (f" ({still} obstacles)" if still else "")
         return f"<{self._space.name}.World {parts}, t = {self.time:.6g} s, solver {self.solver}>"
+
+
+def _phase(name: str) -> str:
+    """One of the two problems of a step."""
+    if name not in ("contact", "impact"):
+        raise refused(None, "phase", 'must be "contact" or "impact"', name, 'choose "contact" or "impact"')
+    return name
+
+
+def _levels_to_the_caller() -> int:
+    """Stack levels from whoever calls this up to the first frame outside the package, for `warnings.warn`."""
+    own = str(Path(__file__).parent)
+    frame, levels = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(own):
+        frame, levels = frame.f_back, levels + 1
+    return levels
 
 
 def _restored(kind: type[World], snapshot: bytes) -> World:

@@ -42,11 +42,41 @@ class BuildError(CaromError):
 
 
 class StepError(CaromError):
-    """A step that could not be taken. The world is exactly as it was before it."""
+    """A step that could not be taken. The world is exactly as it was before it.
+
+    Attributes
+    ----------
+    findings : `carom.Finding` of the solve that failed the step, if one did; empty otherwise
+    """
+
+    findings: tuple[Any, ...] = ()
+
+    def _tell(self, findings: list[Any]) -> None:
+        from carom._explanation import findings_of
+
+        self.findings = findings_of(findings)
 
 
 class SolverError(StepError):
     """A step whose contact problem the chosen solver refused. The world is exactly as it was before it."""
+
+
+class InaccurateError(StepError):
+    """A step that is less accurate than asked, with ``on_inaccurate = "raise"``. The world is as before."""
+
+
+class InaccurateWarning(UserWarning):
+    """A step that is less accurate than asked, with "warn" or "escalate"; once per run, with the reasons.
+
+    Attributes
+    ----------
+    findings : `carom.Finding` of the step
+    """
+
+    def __init__(self, message: str, findings: tuple[Any, ...] = ()) -> None:
+        """The whole text, and its parts for programs."""
+        super().__init__(message)
+        self.findings = findings
 
 
 class ViewError(CaromError):

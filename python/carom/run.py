@@ -28,6 +28,8 @@ __all__ = ["Ledger", "Moment", "RaggedContacts", "Run", "Worst", "run_world"]
 
 #: Aim for the duration of one call into the engine [s].
 CALL_SECONDS = 0.1
+#: A call that has lasted longer than this ends in the middle of its solve after Ctrl-C [s].
+PATIENCE = 1.0
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,8 @@ class Moment:
     steps : taken so far [1]
     wall_time : since the run began [s]
     last : record of the last step, or None before the first
+    solve : while a step's solve is long: what the solver is doing, iterations so far [1], residual so far
+        in its own measure; None between steps
     """
 
     time: float
@@ -47,6 +51,7 @@ class Moment:
     steps: int
     wall_time: float
     last: Any
+    solve: tuple[str, int, float] | None = None
 
 
 ProgressLike = bool | Callable[[Moment], None] | None
@@ -60,6 +65,7 @@ def run_world(
     solver: str | None = None,
     iterations: int | None = None,
     tolerance: float | None = None,
+    on_inaccurate: str | None = None,
     every: int = 1,
     out: str | Path | None = None,
     progress: ProgressLike = None,
@@ -71,7 +77,7 @@ def run_world(
     Parameters
     ----------
     duration : simulated time [s]; a last step is shortened to end there
-    dt, solver, iterations, tolerance : settings for this run alone
+    dt, solver, iterations, tolerance, on_inaccurate : settings for this run alone
     every : record each so-manieth step as a frame; steps are always all recorded
     out : HDF5 file to write to; in memory when absent
     progress : True for a bar on stderr, or a function that takes a `Moment`
@@ -81,13 +87,23 @@ def run_world(
     ------
     BuildError
         When an argument is refused.
-    StepError, SolverError
+    StepError, SolverError, InaccurateError
         When a step fails; the steps before it are in ``world.last_run``.
     KeyboardInterrupt
-        After Ctrl-C; what was done is in ``world.last_run``.
+        After Ctrl-C, within a second also in the middle of a long solve, whose step is then not taken; what
+        was done is in ``world.last_run``.
+
+    Warns
+    -----
+    InaccurateWarning
+        At the first step above the tolerance, when the world's `on_inaccurate` asks for it.
     """
     step = _checked(duration, every, dt if dt is not None else world.settings["dt"])
-    with _settings(world, {"solver": solver, "iterations": iterations, "tolerance": tolerance}):
+    wanted = {
+        "solver": solver, "iterations": iterations, "tolerance": tolerance, "on_inaccurate": on_inaccurate
+    }  # fmt: skip
+    with _settings(world, wanted):
+        world._warned = False
         header = _header(world, step, every, scene, scene_name)
         recorder = record(out, header)
         with _bar(progress) as tell:
@@ -130,6 +146,8 @@ class _Loop:
         self.begun = clock.perf_counter()
         status = "failed"
         with _Interrupt() as interrupt:
+            self.interrupt = interrupt
+            self.world._progress = self._solving
             try:
                 self.recorder.append(self.world._frame())
                 status = "complete" if self._steps(interrupt) else "interrupted"
@@ -137,6 +155,7 @@ class _Loop:
                 status = "interrupted"
                 raise
             finally:
+                self.world._progress = None
                 run = self._close(status)
         if interrupt.asked:
             raise KeyboardInterrupt
@@ -167,9 +186,9 @@ class _Loop:
         else:
             steps -= steps % self.every
             frames_every = self.every
-        begun = clock.perf_counter()
+        self.call_begun = clock.perf_counter()
         chunk = self.world._advance(steps, dt, frames_every)
-        self.step_time += clock.perf_counter() - begun
+        self.step_time += clock.perf_counter() - self.call_begun
         records = np.asarray(chunk.steps)
         self.taken += len(records)
         self.since_frame += len(records) - len(chunk.time) * self.every
@@ -180,11 +199,21 @@ class _Loop:
             time = min(self.taken * self.dt, self.duration)
             self.tell(Moment(time, self.duration, self.taken, clock.perf_counter() - self.begun, self.last))
 
+    def _solving(self, stage: str, iterations: int, residual: float) -> None:
+        """Told by the engine while a solve is long: passes it on, and ends the step after Ctrl-C."""
+        if self.interrupt.asked and clock.perf_counter() - self.call_begun > PATIENCE:
+            raise KeyboardInterrupt
+        if self.tell is not None:
+            time, wall = min(self.taken * self.dt, self.duration), clock.perf_counter() - self.begun
+            self.tell(Moment(time, self.duration, self.taken, wall, self.last, (stage, iterations, residual)))
+
     def _progress(self, status: str) -> Progress:
         time = float(self.last["time"]) if self.last is not None else float(self.world.time)
         return Progress(status, self.taken, time, clock.perf_counter() - self.begun, self.step_time)
 
     def _close(self, status: str) -> Run:
+        if isinstance(getattr(self.world, "_late_error", None), KeyboardInterrupt):
+            self.world._late_error = None  # told by this run's end, and not once more by the next call
         if self.since_frame > 0:
             self.recorder.append(self.world._frame())
         self.recorder.tell(self._progress(status))

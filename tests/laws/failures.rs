@@ -38,9 +38,11 @@ pub fn a_step_that_fails_leaves_the_world_as_it_was<S: Dimension>() {
         ("direct", |w| {
             let settings = Settings { solver: SolverKind::Direct, ..w.settings().clone() };
             w.set_settings(settings).expect("possible");
-            let place = w.bodies().motion.position[2];
-            w.motion_mut().position[3] = place; // deep in each other: redundant contacts
-            w.motion_mut().velocity[3] = S::at(0.0, -1.0);
+            // two bricks in one place: redundant contacts, of which turning closes some
+            let m = w.motion_mut();
+            (m.position[3], m.rotation[3]) = (m.position[4], m.rotation[4]);
+            (m.velocity[3], m.velocity[4]) = (S::Vector::ZERO, S::Vector::ZERO);
+            (m.angular_velocity[3], m.angular_velocity[4]) = (S::turn(1.0), S::Spin::ZERO);
         }),
     ];
     for (named, spoil) in spoil {

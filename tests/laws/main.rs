@@ -5,6 +5,7 @@
 #[macro_use]
 mod harness;
 
+mod accuracy;
 mod bodies;
 mod constraints;
 mod determinism;

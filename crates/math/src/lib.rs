@@ -18,3 +18,8 @@ pub use tuple::{Column, Tuple, Vec1, Vec2, Vec3, vec1, vec2, vec3};
 pub fn exp(x: f64) -> f64 {
     libm::exp(x)
 }
+
+/// The angle of the point (x, y) from the x axis \[rad\] with the same bits on every machine.
+pub fn atan2(y: f64, x: f64) -> f64 {
+    libm::atan2(y, x)
+}

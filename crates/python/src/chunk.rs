@@ -2,9 +2,11 @@
 
 use crate::arrays;
 use crate::errors;
+use crate::lookout::Lookout;
 use crate::records::{self, Records};
 use crate::shared::Core;
-use carom::{Geometry, StepError, World};
+use crate::step::{self, PlainFinding};
+use carom::{Geometry, OnInaccurate, StepError, World};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -21,6 +23,8 @@ struct Recording {
     contacts: Records,
     steps: Records,
     error: Option<StepError>,
+    /// Number and time of the first step above the tolerance, and why.
+    inaccurate: Option<(u64, f64, Vec<PlainFinding>)>,
 }
 
 impl Recording {
@@ -54,6 +58,7 @@ impl Recording {
         dict.set_item("contact_offsets", PyArray1::from_vec(py, self.contact_offsets))?;
         dict.set_item("contacts", PyArray1::from_vec(py, self.contacts.0))?;
         dict.set_item("steps", PyArray1::from_vec(py, self.steps.0))?;
+        dict.set_item("inaccurate", self.inaccurate)?;
         Ok(dict)
     }
 }
@@ -68,8 +73,19 @@ pub fn frame<'py, S: Geometry>(core: &Core<S>, py: Python<'py>) -> PyResult<Boun
     recording.into_dict(py)
 }
 
-/// Takes up to `count` steps of length `dt` \[s\], with a frame after every `every`-th (none for 0), and returns what
-/// was recorded and the exception of a failed step, before which the recording ends.
+/// How to record: a frame after every so-manieth step (none for 0), whether to explain the first inaccurate step,
+/// whom to tell of long solves.
+pub struct Manner {
+    /// Steps between frames.
+    pub every: usize,
+    /// Whether an explanation is wanted, where the settings ask for warnings.
+    pub explains: bool,
+    /// A Python function of (stage, iterations, residual).
+    pub progress: Option<Py<PyAny>>,
+}
+
+/// Takes up to `count` steps of length `dt` \[s\] and returns what was recorded and the exception of a failed or
+/// interrupted step, before which the recording ends.
 ///
 /// # Errors
 /// `BusyError` while a step is running.
@@ -78,13 +94,23 @@ pub fn advance<'py, S: Geometry>(
     py: Python<'py>,
     count: usize,
     dt: f64,
-    every: usize,
+    Manner { every, explains, progress }: Manner,
 ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
+    let mut lookout = Lookout::new(progress);
+    let watch = &mut lookout;
     let mut recording = core.advance(py, |world| {
         let mut recording = Recording::new();
+        let policy = world.settings().on_inaccurate;
+        let warns = explains && matches!(policy, OnInaccurate::Warn | OnInaccurate::Escalate);
         for k in 1..=count {
-            match world.step(dt) {
-                Ok(report) => records::append_step(&report, &mut recording.steps),
+            match world.step_watched(dt, &mut |progress| watch.look(progress)) {
+                Ok(report) => {
+                    records::append_step(&report, &mut recording.steps);
+                    if warns && recording.inaccurate.is_none() && !report.is_accurate() {
+                        let findings = step::plain_findings(&world.explain(&report));
+                        recording.inaccurate = Some((report.step, report.time, findings));
+                    }
+                }
                 Err(error) => {
                     recording.error = Some(error);
                     break;
@@ -96,11 +122,14 @@ pub fn advance<'py, S: Geometry>(
         }
         recording
     })?;
-    let error = recording.error.take().map(|e| failed(core, py, &e));
+    let error = recording.error.take().map(|e| lookout.take().unwrap_or_else(|| failed(core, py, &e)));
     Ok((recording.into_dict(py)?, error))
 }
 
 /// The exception of a failed step: what a force field raised, or the engine's own.
 pub fn failed<S: Geometry>(core: &Core<S>, py: Python<'_>, error: &StepError) -> PyErr {
-    core.fields.take_raised().unwrap_or_else(|| errors::step(py, error))
+    core.fields.take_raised().unwrap_or_else(|| {
+        let findings = core.loan(py).map(|l| l.world.failure().map(step::plain_findings).unwrap_or_default());
+        errors::step(py, error, findings.unwrap_or_default())
+    })
 }

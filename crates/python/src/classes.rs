@@ -3,14 +3,14 @@
 
 use crate::arguments::{self, BodyArguments, PlainMass};
 use crate::body::{self, AtPoint, Carried};
-use crate::chunk;
+use crate::chunk::{self, Manner};
 use crate::errors;
 use crate::pieces::{self, Collided, PlainContacts, PlainHits, PlainNearest, PlainPose, PlainSide};
 use crate::problem::{PlainCsr, PlainResidual, Problem};
 use crate::records::{self, Field};
 use crate::settings;
 use crate::shared::Core;
-use crate::step;
+use crate::step::{self, PlainFinding};
 use crate::views;
 use carom::{Ledger, Planar, Settings, SolveSettings, Space, Spatial, World};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
@@ -162,8 +162,32 @@ macro_rules! stamp {
             fn force_fields(&self, py: Python<'_>) -> PyResult<Vec<String>> {
                 Ok(self.core.loan(py)?.world.force_fields().map(String::from).collect())
             }
-            fn step<'py>(&self, py: Python<'py>, dt: Option<f64>) -> PyResult<Bound<'py, PyTuple>> {
-                step::step(&self.core, py, dt)
+            fn step<'py>(
+                &self,
+                py: Python<'py>,
+                dt: Option<f64>,
+                progress: Option<Py<PyAny>>,
+            ) -> PyResult<Bound<'py, PyTuple>> {
+                step::step(&self.core, py, dt, progress)
+            }
+            fn explain(&self, py: Python<'_>, step: u64) -> PyResult<Option<Vec<PlainFinding>>> {
+                step::explain(&self.core, py, step)
+            }
+            fn certificate(
+                &self,
+                py: Python<'_>,
+                phase: &str,
+                island: Option<&str>,
+            ) -> PyResult<Option<String>> {
+                step::certificate(&self.core, py, phase, island)
+            }
+            fn last_problem<'py>(
+                &self,
+                py: Python<'py>,
+                phase: &str,
+            ) -> PyResult<($problem, Bound<'py, PyArray1<f64>>)> {
+                let (inner, impulses) = step::last_problem(&self.core, py, phase)?;
+                Ok(($problem { inner }, impulses))
             }
             fn advance<'py>(
                 &self,
@@ -171,8 +195,11 @@ macro_rules! stamp {
                 count: usize,
                 dt: f64,
                 every: usize,
+                explains: bool,
+                progress: Option<Py<PyAny>>,
             ) -> PyResult<(Bound<'py, PyDict>, Option<Py<PyAny>>)> {
-                let (recorded, error) = chunk::advance(&self.core, py, count, dt, every)?;
+                let manner = Manner { every, explains, progress };
+                let (recorded, error) = chunk::advance(&self.core, py, count, dt, manner)?;
                 Ok((recorded, error.map(|e| e.into_value(py).into_any())))
             }
             fn frame<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -249,6 +276,15 @@ macro_rules! stamp {
                 law: Option<&str>,
             ) -> PyResult<PlainResidual> {
                 self.inner.residual(py, &impulse, law)
+            }
+            fn certificate(
+                &self,
+                py: Python<'_>,
+                impulse: Vec<f64>,
+                law: Option<&str>,
+                body: Option<usize>,
+            ) -> PyResult<Option<String>> {
+                self.inner.certificate(py, &impulse, law, body)
             }
             fn solve<'py>(
                 &self,

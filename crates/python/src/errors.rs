@@ -1,6 +1,7 @@
 //! The engine's errors as the exceptions of `carom.errors`, with body, field and remedy as attributes. The
 //! Python side adds the offending value where it has it.
 
+use crate::step::PlainFinding;
 use carom::solver::ProblemError;
 use carom::{BuildError, ShapeError, StepError};
 use pyo3::prelude::*;
@@ -63,8 +64,19 @@ pub fn argument(py: Python<'_>, field: &str, problem: &str, remedy: &str) -> PyE
     build(py, &BuildError::setting(field, problem, remedy))
 }
 
-/// A step that could not be taken.
-pub fn step(py: Python<'_>, e: &StepError) -> PyErr {
+/// A step that could not be taken, with what was found out about its solve.
+pub fn step(py: Python<'_>, e: &StepError, findings: Vec<PlainFinding>) -> PyErr {
+    let error = step_alone(py, e);
+    if findings.is_empty() {
+        return error;
+    }
+    match error.value(py).call_method1("_tell", (findings,)) {
+        Ok(_) => error,
+        Err(other) => other,
+    }
+}
+
+fn step_alone(py: Python<'_>, e: &StepError) -> PyErr {
     let mut parts = Parts { message: e.to_string(), body: None, field: None, value: None, remedy: None };
     let mut class = "StepError";
     match e {
@@ -98,6 +110,13 @@ pub fn step(py: Python<'_>, e: &StepError) -> PyErr {
                 ..parts
             };
         }
+        StepError::Inaccurate { .. } => {
+            class = "InaccurateError";
+            let remedy =
+                "see the findings; on_inaccurate = 'escalate' hands such islands to stronger solvers";
+            parts = Parts { field: Some("tolerance"), remedy: Some(remedy), ..parts };
+        }
+        StepError::Interrupted { .. } => {}
         StepError::ForceField { field, .. } => {
             parts = Parts { field: Some(field), remedy: Some("return finite numbers"), ..parts };
         }

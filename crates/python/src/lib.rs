@@ -8,6 +8,7 @@ mod chunk;
 mod classes;
 mod errors;
 mod fields;
+mod lookout;
 mod pieces;
 mod problem;
 mod records;
@@ -18,7 +19,7 @@ mod views;
 
 use carom::geometry::{Decomposition, decompose as decompose_mesh};
 use carom::solver::collision;
-use carom::{Ledger, SolverKind, Vec3, vec3};
+use carom::{Ledger, OnInaccurate, SolverKind, Vec3, vec3};
 use classes::{PlanarPieces, PlanarProblem, PlanarWorld, SpatialPieces, SpatialProblem, SpatialWorld};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::IntoPyObjectExt;
@@ -94,5 +95,6 @@ fn _carom(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("SOLVERS", SolverKind::ALL.map(SolverKind::name).to_vec())?;
     m.add("STOPS", records::STOPS.to_vec())?;
     m.add("CONTACT_STATUS", records::CONTACT_STATUS.to_vec())?;
+    m.add("ON_INACCURATE", OnInaccurate::ALL.map(OnInaccurate::name).to_vec())?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }

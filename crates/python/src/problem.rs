@@ -1,8 +1,13 @@
 //! Contact problems as Python values: matrices, vectors, solves, files.
 
 use crate::errors;
+use crate::lookout::Lookout;
+use crate::step::{PlainStage, plain_stages};
 use carom::solver::{Csr, Entry, Residual, delassus, file, residual};
-use carom::{ContactProblem, FrictionLaw, Geometry, Impulses, SolveSettings, SolverKind, Stop};
+use carom::{
+    Certificate, ContactProblem, FrictionLaw, Geometry, Impulses, IslandReport, SolveSettings, SolverKind,
+    Stop,
+};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -117,6 +122,24 @@ impl<S: Geometry> Problem<S> {
         Ok(plain_residual(&residual(&problem, &impulses)))
     }
 
+    /// Certificate of impulses in the order of the scalar rows, as JSON; of the island of a body where one is given,
+    /// and nothing when nothing touches that body.
+    ///
+    /// # Errors
+    /// `BuildError` for a wrong count, law or body.
+    pub fn certificate(
+        &self,
+        py: Python<'_>,
+        flat: &[f64],
+        law: Option<&str>,
+        body: Option<usize>,
+    ) -> PyResult<Option<String>> {
+        let impulses = self.impulses(py, flat)?;
+        let problem = self.under(py, law)?;
+        let found = Certificate::narrowed(&problem, &impulses, body);
+        Ok(found.map(|certificate| certificate.to_json()))
+    }
+
     /// Solves without the interpreter's lock: a dictionary with impulse, velocity, residual, iterations, stop.
     ///
     /// # Errors
@@ -139,11 +162,17 @@ impl<S: Geometry> Problem<S> {
             Some(flat) => self.impulses(py, flat)?,
             None => Impulses::zero(&problem),
         };
+        let mut lookout = Lookout::new(None);
+        let watch = &mut lookout;
         let (outcome, impulses, velocities) = py.detach(|| {
-            let outcome = kind.make::<S>().solve(&problem, &settings, &mut impulses);
+            let watch = &mut |progress: &_| watch.look(progress);
+            let outcome = kind.make::<S>().solve_watched(&problem, &settings, &mut impulses, watch);
             let velocities = problem.velocities_after(&impulses);
             (outcome, impulses, velocities)
         });
+        if let Some(raised) = lookout.take() {
+            return Err(raised);
+        }
         let (status, reason) = match &outcome.stop {
             Stop::Converged => ("converged", None),
             Stop::OutOfIterations => ("out_of_iterations", None),
@@ -157,8 +186,36 @@ impl<S: Geometry> Problem<S> {
         dict.set_item("iterations", outcome.iterations)?;
         dict.set_item("status", status)?;
         dict.set_item("reason", reason)?;
+        let islands: Vec<PlainIsland> =
+            outcome.islands.iter().map(|island| plain_island(&problem, island, settings.tolerance)).collect();
+        dict.set_item("islands", islands)?;
         Ok(dict)
     }
+}
+
+/// An island as in `step`, with bodies by index.
+type PlainIsland = (usize, usize, usize, usize, f64, f64, Option<(usize, usize)>, Vec<PlainStage>, String);
+
+fn plain_island<S: Geometry>(
+    problem: &ContactProblem<S>,
+    island: &IslandReport,
+    tolerance: f64,
+) -> PlainIsland {
+    let pair = island.worst.map(|entry| match entry {
+        Entry::Contact(k) => (problem.contacts[k].a, problem.contacts[k].b),
+        Entry::Row(k) => (problem.rows[k].a, problem.rows[k].b),
+    });
+    (
+        island.contacts,
+        island.rows,
+        island.bodies,
+        island.first_body,
+        island.residual,
+        island.relative_residual,
+        pair,
+        plain_stages(island),
+        island.why_further(tolerance),
+    )
 }
 
 /// Velocities as an (n, DOF) array: linear, then angular.

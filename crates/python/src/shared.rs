@@ -8,7 +8,7 @@
 use crate::errors;
 use crate::fields::Fields;
 use crate::views::LiveViews;
-use carom::{Geometry, Motion, World};
+use carom::{Geometry, Motion, StepReport, World};
 use pyo3::prelude::*;
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -17,13 +17,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 pub struct Held<S: Geometry> {
     /// The world itself.
     pub world: World<S>,
+    /// Report of the last single step, for questions about it.
+    pub last_report: Option<StepReport<S>>,
     aside: Motion<S>,
     is_broken: bool,
 }
 
 impl<S: Geometry> Held<S> {
     fn new(world: World<S>) -> Box<Self> {
-        Box::new(Held { world, aside: Motion::default(), is_broken: false })
+        Box::new(Held { world, last_report: None, aside: Motion::default(), is_broken: false })
     }
     /// Puts the viewed memory aside and gives the world a copy to work on.
     fn set_aside(&mut self) {

@@ -2,10 +2,13 @@
 
 use crate::chunk;
 use crate::errors;
+use crate::lookout::Lookout;
 use crate::problem::Problem;
 use crate::records::{self, Records};
 use crate::shared::Core;
-use carom::{BuildError, Column, Geometry, Phase, StepReport, World};
+use carom::{
+    BuildError, Column, Explanation, Geometry, IslandReport, Phase, StepReport, Stop, World, solver::Entry,
+};
 use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
@@ -20,33 +23,183 @@ fn names<S: Geometry>(world: &World<S>, pair: Option<(usize, usize)>) -> Pair {
     pair.map(|(a, b)| (name(a), name(b)))
 }
 
+/// One solver's work on an island: name, iterations, residual \[m/s\], how it stopped, why it refused.
+pub type PlainStage = (&'static str, usize, f64, &'static str, Option<String>);
+
+/// An island: contacts, rows, bodies, name of its first body, residual \[m/s\], relative residual, names of the bodies
+/// of its worst entry, stages, why it went further.
+type PlainIsland = (usize, usize, usize, String, f64, f64, Pair, Vec<PlainStage>, String);
+
+/// A finding: topic, value, names of bodies, text, remedy.
+pub type PlainFinding = (String, f64, Vec<String>, String, String);
+
+fn plain_island<S: Geometry>(world: &World<S>, island: &IslandReport, phase: Phase) -> PlainIsland {
+    let (contact, impact) = (world.last_problem().0, world.last_impacts().0);
+    let problem = if phase == Phase::Contact { contact } else { impact };
+    // of impacts in several rounds the first one's problem is there, the worst one's island need not be
+    let pair = island.worst.and_then(|entry| match entry {
+        Entry::Contact(k) => problem.contacts.get(k).map(|c| (c.a, c.b)),
+        Entry::Row(k) => problem.rows.get(k).map(|r| (r.a, r.b)),
+    });
+    (
+        island.contacts,
+        island.rows,
+        island.bodies,
+        world.bodies().names.get(island.first_body).cloned().unwrap_or_default(),
+        island.residual,
+        island.relative_residual,
+        names(world, pair),
+        plain_stages(island),
+        island.why_further(world.settings().tolerance),
+    )
+}
+
+/// The stages of an island in plain values.
+pub fn plain_stages(island: &IslandReport) -> Vec<PlainStage> {
+    let plain = |s: &carom::StageReport| {
+        let (stop, reason) = match &s.stop {
+            Stop::Converged => ("converged", None),
+            Stop::OutOfIterations => ("out_of_iterations", None),
+            Stop::Refused(reason) => ("refused", Some(reason.clone())),
+            Stop::Interrupted => ("interrupted", None),
+        };
+        (s.solver.name(), s.iterations, s.residual, stop, reason)
+    };
+    island.stages.iter().map(plain).collect()
+}
+
+/// The findings in plain values.
+pub fn plain_findings(told: &Explanation) -> Vec<PlainFinding> {
+    let plain = |f: &carom::Finding| {
+        let topic = serde_json::to_value(f.topic).ok().and_then(|v| v.as_str().map(String::from));
+        (topic.unwrap_or_default(), f.value, f.bodies.clone(), f.text.clone(), f.remedy.clone())
+    };
+    told.findings.iter().map(plain).collect()
+}
+
+/// What of a step needs the world to be told.
+struct Told {
+    worst: Pair,
+    deepest: Pair,
+    islands: Vec<PlainIsland>,
+    findings: Vec<PlainFinding>,
+}
+
 /// Takes a step of length `dt` \[s\], the setting's when there is none; the report's fields in the order of the
 /// Python side's `StepReport`.
 ///
 /// # Errors
-/// `StepError`, what a force field raised, `BusyError`.
+/// `StepError`, what a force field, a signal's handler or `progress` raised, `BusyError`.
 pub fn step<'py, S: Geometry>(
     core: &Core<S>,
     py: Python<'py>,
     dt: Option<f64>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyTuple>> {
+    let mut lookout = Lookout::new(progress);
+    let watch = &mut lookout;
     let taken = core.advance(py, |world| {
-        let report = world.step(dt.unwrap_or(world.settings().dt))?;
-        let worst = names(world, report.worst());
-        let deepest = names(world, report.deepest.map(|(_, a, b)| (a, b)));
-        Ok((report, worst, deepest))
+        let dt = dt.unwrap_or(world.settings().dt);
+        let report = world.step_watched(dt, &mut |progress| watch.look(progress))?;
+        let of = |phase, solve: &Option<carom::SolveReport>| {
+            let islands = solve.iter().flat_map(|s| &s.islands);
+            islands.map(|island| plain_island(world, island, phase)).collect::<Vec<_>>()
+        };
+        let mut islands = of(Phase::Impact, &report.impact_solve);
+        islands.extend(of(Phase::Contact, &report.contact_solve));
+        let told = Told {
+            worst: names(world, report.worst()),
+            deepest: names(world, report.deepest.map(|(_, a, b)| (a, b))),
+            islands,
+            findings: plain_findings(&world.explain_briefly(&report)),
+        };
+        Ok((report, told))
     })?;
     match taken {
-        Ok((report, worst, deepest)) => plain_report(py, &report, worst, deepest),
-        Err(error) => Err(chunk::failed(core, py, &error)),
+        Ok((report, told)) => {
+            let plain = plain_report(py, &report, told);
+            // another thread may have the world already: then there will be no questions about this step
+            if let Ok(mut loan) = core.loan(py) {
+                loan.last_report = Some(report);
+            }
+            plain
+        }
+        Err(error) => Err(lookout.take().unwrap_or_else(|| chunk::failed(core, py, &error))),
+    }
+}
+
+/// The findings of the last step in full, and whether it was accurate; nothing when the world has gone on from
+/// `step`.
+///
+/// # Errors
+/// `BusyError` while a step is running.
+pub fn explain<S: Geometry>(
+    core: &Core<S>,
+    py: Python<'_>,
+    step: u64,
+) -> PyResult<Option<Vec<PlainFinding>>> {
+    let loan = core.loan(py)?;
+    let told = loan.last_report.as_ref().filter(|r| r.step == step && loan.world.steps() == step);
+    Ok(told.map(|report| plain_findings(&loan.world.explain(report))))
+}
+
+/// The certificate of the last step's solve as JSON; nothing when no contact touches the body whose island is asked
+/// for.
+///
+/// # Errors
+/// `BuildError` for an unknown body, `BusyError`.
+pub fn certificate<S: Geometry>(
+    core: &Core<S>,
+    py: Python<'_>,
+    phase: &str,
+    island: Option<&str>,
+) -> PyResult<Option<String>> {
+    let loan = core.loan(py)?;
+    let body = island.map(|name| loan.world.index(name)).transpose().map_err(|e| errors::build(py, &e))?;
+    Ok(loan.world.certificate(phase_of(phase)?, body).map(|c| c.to_json()))
+}
+
+/// The problem that the last step solved, and its impulses in the order of the scalar rows.
+///
+/// # Errors
+/// `BusyError` while a step is running.
+pub fn last_problem<'py, S: Geometry>(
+    core: &Core<S>,
+    py: Python<'py>,
+    phase: &str,
+) -> PyResult<(Problem<S>, Bound<'py, PyArray1<f64>>)> {
+    let loan = core.loan(py)?;
+    let (problem, impulses) = match phase_of(phase)? {
+        Phase::Contact => {
+            let (problem, impulses, _) = loan.world.last_problem();
+            (problem.clone(), impulses.flat())
+        }
+        Phase::Impact => {
+            let (problem, impulses, struck) = loan.world.last_impacts();
+            let mut problem = problem.clone();
+            // without impacts the problem that is left is that of an earlier step
+            if struck.is_empty() {
+                problem.contacts.clear();
+            }
+            let impulses = if struck.is_empty() { Vec::new() } else { impulses.flat() };
+            (problem, impulses)
+        }
+    };
+    Ok((Problem::new(problem), PyArray1::from_vec(py, impulses)))
+}
+
+fn phase_of(name: &str) -> PyResult<Phase> {
+    match name {
+        "contact" => Ok(Phase::Contact),
+        "impact" => Ok(Phase::Impact),
+        other => Err(PyValueError::new_err(format!("unknown phase {other:?}"))),
     }
 }
 
 fn plain_report<'py, S: Geometry>(
     py: Python<'py>,
     report: &StepReport<S>,
-    worst: Pair,
-    deepest: Pair,
+    told: Told,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let fields = [
         report.step.into_bound_py_any(py)?,
@@ -54,18 +207,23 @@ fn plain_report<'py, S: Geometry>(
         report.dt.into_bound_py_any(py)?,
         report.residual().into_bound_py_any(py)?,
         report.relative_residual().into_bound_py_any(py)?,
-        worst.into_bound_py_any(py)?,
+        told.worst.into_bound_py_any(py)?,
         report.iterations().into_bound_py_any(py)?,
         records::STOPS[usize::from(records::stop_code(report))].into_bound_py_any(py)?,
         report.contacts.into_bound_py_any(py)?,
         report.deepest.map(|d| d.0).into_bound_py_any(py)?,
-        deepest.into_bound_py_any(py)?,
+        told.deepest.into_bound_py_any(py)?,
         records::impact_residual(report).into_bound_py_any(py)?,
         report.energy.kinetic().into_bound_py_any(py)?,
         report.energy.potential.into_bound_py_any(py)?,
         PyTuple::new(py, report.momenta.linear.as_slice())?.into_any(),
         PyTuple::new(py, report.momenta.angular.as_slice())?.into_any(),
         PyTuple::new(py, report.ledger.lines())?.into_any(),
+        report.solver.name().into_bound_py_any(py)?,
+        report.tolerance.into_bound_py_any(py)?,
+        report.is_accurate().into_bound_py_any(py)?,
+        told.islands.into_bound_py_any(py)?,
+        told.findings.into_bound_py_any(py)?,
     ];
     PyTuple::new(py, fields)
 }
@@ -108,11 +266,7 @@ pub fn problem<S: Geometry>(
     dt: Option<f64>,
     phase: &str,
 ) -> PyResult<Problem<S>> {
-    let phase = match phase {
-        "contact" => Phase::Contact,
-        "impact" => Phase::Impact,
-        other => return Err(PyValueError::new_err(format!("unknown phase {other:?}"))),
-    };
+    let phase = phase_of(phase)?;
     let found = core.advance(py, |world| world.problem(dt.unwrap_or(world.settings().dt), phase))?;
     match found {
         Ok(problem) => Ok(Problem::new(problem)),

@@ -1,11 +1,13 @@
 //! Contact problems as values, the solvers that find their impulses behind one trait, and the one residual
 //! that judges them all. Knows no shapes, no world and no clock.
 
+pub mod certificate;
 pub mod check;
 pub mod collision;
 pub mod cone;
 mod cone_matrix;
 pub mod delassus;
+pub mod diagnosis;
 pub mod exact;
 pub mod file;
 pub mod friction;
@@ -13,6 +15,7 @@ pub mod friction_problem;
 pub mod friction_solver;
 pub mod friction_solver_kind;
 pub mod impulse_solver;
+pub mod islands;
 pub mod lcp;
 pub mod linear;
 pub mod methods;
@@ -23,12 +26,15 @@ pub mod problem;
 pub mod residual;
 pub mod watch;
 
+pub use certificate::Certificate;
 pub use delassus::Csr;
+pub use diagnosis::{Diagnosis, diagnose};
 pub use friction_problem::{FrictionProblem, Measure, measure};
 pub use friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 pub use friction_solver_kind::FrictionSolverKind;
 pub use impulse_solver::{ImpulseSolver, SolveSettings, SolverKind};
-pub use outcome::{Outcome, Stop};
+pub use islands::{Islands, Part, Partition};
+pub use outcome::{IslandReport, Outcome, StageReport, Stop};
 pub use problem::{
     BoundedRow, Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, ProblemError, Twist,
 };

@@ -1,6 +1,7 @@
 //! What a solve came to: a value, never a panic.
 
-use crate::residual::Residual;
+use crate::impulse_solver::SolverKind;
+use crate::residual::{Entry, Residual};
 use serde::{Deserialize, Serialize};
 
 /// Why a solver stopped.
@@ -18,6 +19,61 @@ pub enum Stop {
     Interrupted,
 }
 
+/// One solver's work on one island.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StageReport {
+    /// The solver.
+    pub solver: SolverKind,
+    /// Iterations it spent.
+    pub iterations: usize,
+    /// Residual of what it found \[m/s\]; of what it was given where it refused.
+    pub residual: f64,
+    /// Why it stopped: any stop but `Converged` is why the island went further, where it did.
+    pub stop: Stop,
+}
+
+/// How one island was solved: a set of movable bodies that contacts and rows join.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IslandReport {
+    /// Contacts of the island.
+    pub contacts: usize,
+    /// Bounded rows of the island.
+    pub rows: usize,
+    /// Movable bodies of the island.
+    pub bodies: usize,
+    /// The smallest index among them, which names the island.
+    pub first_body: usize,
+    /// Residual of the impulses returned \[m/s\].
+    pub residual: f64,
+    /// The residual divided by that of no impulses at all \[1\].
+    pub relative_residual: f64,
+    /// Entry of the whole problem where it is largest.
+    pub worst: Option<Entry>,
+    /// The solvers that worked on it, in order.
+    pub stages: Vec<StageReport>,
+}
+
+impl IslandReport {
+    /// Iterations of all stages.
+    pub fn iterations(&self) -> usize {
+        self.stages.iter().map(|s| s.iterations).sum()
+    }
+    /// Why the island went past its first solver, in words; empty when it did not.
+    pub fn why_further(&self, tolerance: f64) -> String {
+        let passed = &self.stages[..self.stages.len().saturating_sub(1)];
+        let words = passed.iter().map(|s| match &s.stop {
+            Stop::Refused(reason) => format!("{} refused: {reason}", s.solver.name()),
+            _ => format!(
+                "{} left {:.1e} m/s of {tolerance:.1e} m/s after {} iterations",
+                s.solver.name(),
+                s.residual,
+                s.iterations
+            ),
+        });
+        words.collect::<Vec<_>>().join("; ")
+    }
+}
+
 /// Result of one solve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
@@ -27,16 +83,24 @@ pub struct Outcome {
     pub residual: Residual,
     /// Why the solver stopped.
     pub stop: Stop,
+    /// The islands where anything pressed, in order of their first entry, from solvers that go island by island;
+    /// empty from all others.
+    #[serde(default)]
+    pub islands: Vec<IslandReport>,
 }
 
 impl Outcome {
+    /// An outcome without islands.
+    pub fn new(iterations: usize, residual: Residual, stop: Stop) -> Self {
+        Outcome { iterations, residual, stop, islands: Vec::new() }
+    }
     /// The outcome of a problem without rows.
     pub fn nothing_to_do() -> Self {
-        Outcome { iterations: 0, residual: Residual::default(), stop: Stop::Converged }
+        Outcome::new(0, Residual::default(), Stop::Converged)
     }
     /// Judges impulses by their residual.
     pub fn judged(iterations: usize, residual: Residual, tolerance: f64) -> Self {
         let stop = if residual.absolute <= tolerance { Stop::Converged } else { Stop::OutOfIterations };
-        Outcome { iterations, residual, stop }
+        Outcome::new(iterations, residual, stop)
     }
 }

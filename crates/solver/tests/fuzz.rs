@@ -84,6 +84,10 @@ fn every_answer_is_finite_and_judged_or_refused<S: Space>() {
             let limit = match kind {
                 SolverKind::Lemke => 4 * 50 * (6 * problem.scalar_rows() + 10),
                 SolverKind::Enumeration => carom_solver::methods::enumeration::LARGEST,
+                // stages of each island, of which there are no more than entries
+                SolverKind::Auto => {
+                    (400 + 1) * problem.scalar_rows() + 4 * 50 * (6 * problem.scalar_rows() + 10)
+                }
                 _ => 200,
             };
             assert!(

@@ -119,6 +119,36 @@ pub enum StepError {
         /// Time of the world \[s\].
         time: f64,
     },
+    /// A solve ended above the tolerance and the settings ask to refuse such steps.
+    #[error(
+        "step at t = {time} s: solver '{solver}' left a residual of {residual:.2e} m/s in the {phase} problem of {contacts} contacts, tolerance {tolerance:.2e} m/s: {explanation}"
+    )]
+    Inaccurate {
+        /// Name of the solver.
+        solver: &'static str,
+        /// "impact" or "contact".
+        phase: &'static str,
+        /// Number of contacts.
+        contacts: usize,
+        /// Natural-map residual \[m/s\].
+        residual: f64,
+        /// What was asked for \[m/s\].
+        tolerance: f64,
+        /// Why, and what to do.
+        explanation: String,
+        /// Time of the world \[s\].
+        time: f64,
+    },
+    /// Whoever watched the step asked to stop in the middle of a solve.
+    #[error("step at t = {time} s: interrupted in the {phase} problem of {contacts} contacts")]
+    Interrupted {
+        /// "impact" or "contact".
+        phase: &'static str,
+        /// Number of contacts.
+        contacts: usize,
+        /// Time of the world \[s\].
+        time: f64,
+    },
     /// A user's force field failed.
     #[error("step at t = {time} s: force field '{field}': {problem}")]
     ForceField {

@@ -32,8 +32,8 @@ pub use carom_math::{
     Vec1, Vec2, Vec3, vec1, vec2, vec3,
 };
 pub use carom_solver::{
-    self as solver, Contact, ContactProblem, FrictionLaw, ImpulseSolver, Impulses, Outcome, SolveSettings,
-    SolverKind, Stop, Twist,
+    self as solver, Certificate, Contact, ContactProblem, FrictionLaw, ImpulseSolver, Impulses, IslandReport,
+    Outcome, Progress, SolveSettings, SolverKind, StageReport, Stop, Twist, Watch, unwatched,
 };
 pub use error::{BuildError, StepError};
 pub use force::{ForceField, Wrench};
@@ -41,7 +41,8 @@ pub use integrate::Integrator;
 pub use material::Mixing;
 pub use narrow_phase::Touch;
 pub use observe::energy::{Energy, Momenta};
+pub use observe::explain::{Explanation, Finding, Topic};
 pub use observe::ledger::Ledger;
 pub use observe::report::{SolveReport, StepReport};
-pub use settings::{ImpactLaw, PositionCorrection, Scheme, Settings};
+pub use settings::{ImpactLaw, OnInaccurate, PositionCorrection, Scheme, Settings};
 pub use world::{Phase, World, World2, World3};

@@ -42,6 +42,37 @@ pub enum PositionCorrection {
     SplitImpulse,
 }
 
+/// What happens when a solve ends above the tolerance that was asked for. It is judged after every solve of a step
+/// by the natural residual; with tolerance 0 nothing is asked and nothing judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OnInaccurate {
+    /// The report says so, and nothing else does.
+    Ignore,
+    /// The report says so; the Python package warns once per run with the explanation.
+    #[default]
+    Warn,
+    /// The step is refused with an error that explains, and the world stays as it was.
+    Raise,
+    /// The islands above the tolerance go on to the next stronger solvers; what they leave is treated as `Warn`.
+    Escalate,
+}
+
+impl OnInaccurate {
+    /// All of them.
+    pub const ALL: [OnInaccurate; 4] =
+        [OnInaccurate::Ignore, OnInaccurate::Warn, OnInaccurate::Raise, OnInaccurate::Escalate];
+    /// The name as users write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            OnInaccurate::Ignore => "ignore",
+            OnInaccurate::Warn => "warn",
+            OnInaccurate::Raise => "raise",
+            OnInaccurate::Escalate => "escalate",
+        }
+    }
+}
+
 /// All settings of a world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, bound = "")]
@@ -60,6 +91,9 @@ pub struct Settings<S: Space> {
     pub iterations: usize,
     /// Stop when the residual is at or below this \[m/s\]. Default 1e-6; 0 spends all iterations.
     pub tolerance: f64,
+    /// What happens when a solve ends above the tolerance. Default warn: an engine that is trusted says when it is
+    /// not accurate, and goes on.
+    pub on_inaccurate: OnInaccurate,
     /// Start each solve from the impulses of the step before. Default true.
     pub warm_start: bool,
     /// How friction is limited.
@@ -96,6 +130,7 @@ impl<S: Space> Default for Settings<S> {
             solver: SolverKind::default(),
             iterations: 100,
             tolerance: 1e-6,
+            on_inaccurate: OnInaccurate::default(),
             warm_start: true,
             friction_law: FrictionLaw::default(),
             impact: ImpactLaw::default(),

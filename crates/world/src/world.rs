@@ -8,6 +8,7 @@ use crate::force::{ForceField, Wrench};
 use crate::integrate::Step;
 use crate::narrow_phase::{NarrowPhase, Touch};
 use crate::observe::energy::{Energy, Momenta};
+use crate::observe::explain::{Explanation, Scene, phase_of};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::StepReport;
 use crate::settings::{Scheme, Settings};
@@ -15,7 +16,7 @@ use crate::stepping::fixed_step::{FixedStep, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Planar, Rotation, Spatial};
-use carom_solver::{ContactProblem, Impulse, Impulses};
+use carom_solver::{Certificate, ContactProblem, Impulse, Impulses, Watch, unwatched};
 
 /// A world of the plane.
 pub type World2 = World<Planar>;
@@ -69,6 +70,8 @@ pub struct World<S: Geometry> {
     checkpoint: (Motion<S>, WarmStart<S>),
     /// What the step before found; the scheme's memory is used in turns, so that a failed step loses nothing.
     spare: (Vec<Touch<S>>, FixedStep<S>),
+    /// Why the last step that failed because of a solve did.
+    failure: Option<Explanation>,
 }
 
 impl<S: Geometry> World<S> {
@@ -92,6 +95,7 @@ impl<S: Geometry> World<S> {
             fixed_step: FixedStep::default(),
             checkpoint: Default::default(),
             spare: (Vec::new(), FixedStep::default()),
+            failure: None,
         })
     }
     /// Adds a body and returns its index.
@@ -235,7 +239,10 @@ impl<S: Geometry> World<S> {
         (self.warm, self.applied, self.touches) = (warm, applied, touches);
         (self.time, self.steps, self.ledger) = (time, steps, ledger);
         match taken {
-            Err(StepError::SolverRefused { phase: refused, .. }) if refused == phase.name() => {}
+            Err(
+                StepError::SolverRefused { phase: refused, .. }
+                | StepError::Inaccurate { phase: refused, .. },
+            ) if refused == phase.name() => {}
             Err(error) => return Err(error),
             Ok(_) => {}
         }
@@ -255,12 +262,23 @@ impl<S: Geometry> World<S> {
     /// # Errors
     /// [`StepError`] naming the body or the argument; the world is then exactly as it was before.
     pub fn step(&mut self, dt: f64) -> Result<StepReport<S>, StepError> {
+        self.step_watched(dt, &mut unwatched)
+    }
+
+    /// The same under observation: the watch is told of long solves now and then, and may end the step.
+    ///
+    /// # Errors
+    /// As [`World::step`], and [`StepError::Interrupted`] when the watch asked to stop; the world is then exactly as
+    /// it was before.
+    pub fn step_watched(&mut self, dt: f64, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
         self.check_before(dt)?;
         self.checkpoint.0.copy_from(&self.bodies.motion);
         self.checkpoint.1.clone_from(&self.warm);
         self.swap_scheme();
-        let taken = self.advance(dt);
-        if taken.is_err() {
+        let mut taken = self.advance(dt, watch);
+        self.failure = None;
+        if let Err(error) = &mut taken {
+            self.explain_failure(error);
             self.bodies.motion.copy_from(&self.checkpoint.0);
             self.warm.clone_from(&self.checkpoint.1);
             self.swap_scheme();
@@ -268,21 +286,88 @@ impl<S: Geometry> World<S> {
         taken
     }
 
+    /// Keeps why a step fails, for which the problem must still be there, and tells the error.
+    fn explain_failure(&mut self, error: &mut StepError) {
+        let Some(phase) = phase_of(error) else { return };
+        let Some(solve) = self.fixed_step.failed.take() else { return };
+        let told = self.scene(true).explain_failure(phase, &solve);
+        if let StepError::Inaccurate { explanation, .. } = error {
+            *explanation = told.text().replace('\n', "; ");
+        }
+        self.failure = Some(told);
+    }
+
+    fn scene(&self, thorough: bool) -> Scene<'_, S> {
+        Scene {
+            thorough,
+            bodies: &self.bodies,
+            settings: &self.settings,
+            touches: &self.touches,
+            impact: (&self.fixed_step.impacts.problem, &self.fixed_step.impacts.impulses),
+            contact: (&self.fixed_step.problem, &self.fixed_step.impulses),
+        }
+    }
+
+    /// Why the last step is as accurate as it is; `report` must be that step's, for the problem of an earlier one is
+    /// gone. Costs about as much as fifty sweeps over the worst island when the step is inaccurate.
+    pub fn explain(&self, report: &StepReport<S>) -> Explanation {
+        self.scene(true).explain(report)
+    }
+    /// The same without the estimate of the condition: about the cost of a few sweeps.
+    pub fn explain_briefly(&self, report: &StepReport<S>) -> Explanation {
+        self.scene(false).explain(report)
+    }
+    /// Why the last step failed, when a solve was what failed it: refused, or less accurate than asked.
+    pub fn failure(&self) -> Option<&Explanation> {
+        self.failure.as_ref()
+    }
+    /// The certificate of the last step's solve, with the worst contact's bodies named; of impacts, that of their
+    /// first round. `island` narrows it to the island of a body, by index; `None` when nothing touches that body.
+    pub fn certificate(&self, phase: Phase, island: Option<usize>) -> Option<Certificate> {
+        let scene = self.scene(false);
+        let (problem, impulses) = match phase {
+            Phase::Contact => scene.contact,
+            Phase::Impact => scene.impact,
+        };
+        let nothing = ContactProblem::new(Vec::new(), Vec::new());
+        // of a step without impacts the problem is that of an earlier one
+        let (problem, impulses) = match phase {
+            Phase::Impact if self.fixed_step.impacts.struck.is_empty() => {
+                (&nothing, &Impulses::zero(&nothing))
+            }
+            _ => (problem, impulses),
+        };
+        let mut certificate = Certificate::narrowed(problem, impulses, island)?;
+        let name = |body: usize| self.bodies.names[body].clone();
+        certificate.worst_names = certificate.worst_bodies.map(|(a, b)| (name(a), name(b)));
+        Some(certificate)
+    }
+
     fn swap_scheme(&mut self) {
         std::mem::swap(&mut self.touches, &mut self.spare.0);
         std::mem::swap(&mut self.fixed_step, &mut self.spare.1);
     }
 
-    fn advance(&mut self, dt: f64) -> Result<StepReport<S>, StepError> {
+    fn advance(&mut self, dt: f64, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
         let before = self.energy();
         self.narrow_phase.update(&self.bodies, &self.settings, dt, &mut self.touches);
-        let scheme = self.advance_scheme(dt)?;
+        let mut stopped = false;
+        let scheme = self.advance_scheme(dt, &mut |progress| {
+            let goes_on = watch(progress);
+            stopped |= !goes_on;
+            goes_on
+        })?;
+        if stopped {
+            // the solve came to its end at the very look that asked to stop
+            let contacts = self.fixed_step.problem.contacts.len();
+            return Err(StepError::Interrupted { phase: Phase::Contact.name(), contacts, time: self.time });
+        }
         self.normalize_rotations();
         self.check_after()?;
         Ok(self.observe(before, scheme, dt))
     }
 
-    fn advance_scheme(&mut self, dt: f64) -> Result<SchemeReport, StepError> {
+    fn advance_scheme(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport, StepError> {
         let step = Step { time: self.time, dt, gravity: self.settings.gravity };
         let (fields, applied) = (&mut self.fields, &self.applied);
         let mut loads = |time: f64, bodies: &Bodies<S>, out: &mut Vec<Wrench<S>>| {
@@ -298,6 +383,7 @@ impl<S: Geometry> World<S> {
                 &step,
                 &mut loads,
                 &mut self.warm,
+                watch,
             ),
         }
     }
@@ -315,6 +401,9 @@ impl<S: Geometry> World<S> {
             step: self.steps,
             time: self.time,
             dt,
+            solver: self.settings.solver,
+            tolerance: self.settings.tolerance,
+            budget: self.settings.iterations,
             contacts: self.touches.len(),
             contact_solve: scheme.contact_solve,
             impact_solve: scheme.impact_solve,

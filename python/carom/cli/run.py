@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -11,10 +12,10 @@ import typer
 from carom.cli.failure import say
 from carom.cli.progress import Bar
 from carom.cli.tables import closing_table, plain
-from carom.errors import SolverError, StepError
+from carom.errors import InaccurateWarning, SolverError, StepError
 from carom.run import Run, run_world
 from carom.scene import Scene, load_scene
-from carom.scene.document import Integrator, Scheme, Solver
+from carom.scene.document import Integrator, OnInaccurate, Scheme, Solver
 
 #: Frames per simulated second when nothing else is asked for [1/s].
 FRAME_RATE = 60
@@ -33,6 +34,9 @@ def run_command(
     solver: Annotated[Solver | None, typer.Option(help="Contact solver.")] = None,
     iterations: Annotated[int | None, typer.Option(help="Most iterations per step.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Residual at which the solver stops [m/s].")] = None,
+    on_inaccurate: Annotated[
+        OnInaccurate | None, typer.Option(help="What happens to a solve above the tolerance.")
+    ] = None,
     scheme: Annotated[Scheme | None, typer.Option(help="Time-stepping scheme.")] = None,
     impact: Annotated[Literal["newton", "sequential"] | None, typer.Option(help="Impact law.")] = None,
     integrator: Annotated[Integrator | None, typer.Option(help="Integrator.")] = None,
@@ -54,6 +58,7 @@ def run_command(
         "solver": solver,
         "iterations": iterations,
         "tolerance": tolerance,
+        "on_inaccurate": on_inaccurate,
         "scheme": scheme,
         "impact": impact,
         "integrator": integrator,
@@ -67,11 +72,15 @@ def run_command(
     duration = time if time is not None else wanted.duration
     options: dict[str, Any] = {"every": frames, "out": path, "scene": wanted.text, "scene_name": wanted.name}
     try:
-        if quiet or as_json:
-            run = run_world(world, duration, **options)
-        else:
-            with Bar() as bar:
-                run = run_world(world, duration, progress=bar, **options)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", InaccurateWarning)
+            if quiet or as_json:
+                run = run_world(world, duration, **options)
+            else:
+                with Bar() as bar:
+                    run = run_world(world, duration, progress=bar, **options)
+        for warning in caught:
+            say(f"warning: {warning.message}")
     except (KeyboardInterrupt, StepError, SolverError):
         partial = getattr(world, "last_run", None)
         if partial is not None:

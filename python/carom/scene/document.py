@@ -29,7 +29,10 @@ SCHEMA_VERSION = 1
 
 Integrator = Literal["trapezoid", "explicit_euler", "semi_implicit_euler", "implicit_midpoint", "rk4"]
 Scheme = Literal["fixed_step"]
-Solver = Literal["pgs", "pgs_matrix", "sequential", "direct", "lemke"]
+Solver = Literal[
+    "sequential", "pgs", "pgs_matrix", "direct", "lemke", "nncg", "apgd", "enumeration", "auto"
+]  # fmt: skip
+OnInaccurate = Literal["ignore", "warn", "raise", "escalate"]
 Mixing = Literal["min", "max", "mean", "product", "geometric", "harmonic"]
 
 
@@ -46,6 +49,9 @@ class SettingsCommon(Strict):
     tolerance: NotNegative | None = Field(
         default=None,
         description="Residual at which the solver stops [m/s]; 1e-6 when absent, 0 spends all iterations.",
+    )
+    on_inaccurate: OnInaccurate | None = Field(
+        default=None, description='What happens to a solve above the tolerance; "warn" when absent.'
     )
     warm_start: Switch | None = Field(
         default=None, description="Whether a step starts from the last one's impulses; true when absent."

@@ -3,7 +3,9 @@
 //! D proximal Newton; E a ladder of other starts. The best iterate of all stages is returned with its errors.
 
 pub(crate) mod blocks;
+mod bodies;
 mod cone;
+mod groups;
 mod interior_point;
 pub(crate) mod judge;
 pub(crate) mod lane;

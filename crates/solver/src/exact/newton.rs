@@ -4,7 +4,7 @@
 use super::stage::{Solve, StageEnd, advance, natural_size, newton_rows};
 
 /// Share of 1 / rho added to D: what keeps redundant contacts regular.
-const SHIFT: f64 = 1e-9;
+const SHIFT: f64 = 1e-7;
 
 /// At most `most` Newton steps from `start`.
 pub fn finish<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most: usize) -> StageEnd {

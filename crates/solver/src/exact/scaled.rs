@@ -3,6 +3,7 @@
 //! chapter 7). A contact without friction keeps its normal row; its tangents are uncoupled and stay zero.
 
 use super::blocks::{Blocks, row_times};
+use super::bodies::Rows;
 use super::judge::{Errors, errors};
 use crate::linear::Graph;
 
@@ -24,6 +25,8 @@ pub struct Scaled<const D: usize> {
     pub stretch: Vec<[f64; D]>,
     /// Step length of the natural map, 1 / |W~_ii|, padded with 1.
     pub step: Vec<f64>,
+    /// The contacts' rows on bodies, where the problem knows them: W~ = B B^T.
+    pub rows: Option<Rows>,
     /// s_q / s_W.
     pub impulse_unit: f64,
     /// s_q.
@@ -53,6 +56,7 @@ impl<const D: usize> Scaled<D> {
             velocity: blocks.velocity.clone(),
             stretch,
             step: vec![1.0; padded],
+            rows: None,
             impulse_unit: velocity_unit / mean,
             velocity_unit,
             r: vec![[0.0; D]; padded],
@@ -87,12 +91,18 @@ impl<const D: usize> Scaled<D> {
     pub fn count(&self) -> usize {
         self.graph.nodes()
     }
+    /// W~ x.
+    pub fn product(&self, x: &[[f64; D]], out: &mut [[f64; D]]) {
+        for (i, out) in out.iter_mut().enumerate().take(self.count()) {
+            *out = row_times(&self.graph, &self.values, i, x, false);
+        }
+    }
     /// u = W~ x + q~.
     pub fn velocities(&self, x: &[[f64; D]], u: &mut [[f64; D]]) {
-        for (i, u) in u.iter_mut().enumerate().take(self.count()) {
-            *u = row_times(&self.graph, &self.values, i, x, false);
+        self.product(x, u);
+        for (u, q) in u.iter_mut().zip(&self.velocity[..self.count()]) {
             for k in 0..D {
-                u[k] += self.velocity[i][k];
+                u[k] += q[k];
             }
         }
     }

@@ -1,47 +1,163 @@
-//! The linear systems of all second-order steps: (W~ + D) dx = rhs with D block diagonal, not symmetric.
+//! The linear systems of all second-order steps: (W~ + D) dx = rhs with D block diagonal, not symmetric. Contact
+//! space factorises them as they stand; contacts between the same two bodies are condensed where that is cheaper
+//! (`groups`), and bodies take the contacts' place where the problem knows them (`bodies`).
 
+use super::bodies::BodySpace;
+use super::groups::GroupSpace;
 use super::scaled::Scaled;
 use crate::linear::{Analysis, Factor};
 
-/// Contact space: one node of the factorised graph per contact.
-#[derive(Clone, Debug, Default)]
+/// D of one contact.
+pub type Block<const D: usize> = [[f64; D]; D];
+
+/// The system of a scaled problem in the form that is cheapest to factorise.
+#[derive(Clone, Debug)]
 pub struct System<const D: usize> {
+    form: Form<D>,
+    /// D per contact, written by whoever asks for a factorisation; padded.
+    pub blocks: Vec<Block<D>>,
+    /// Factorisations so far.
+    pub factorisations: usize,
+    /// Right-hand side and correction of a refinement.
+    given: Vec<[f64; D]>,
+    correction: Vec<[f64; D]>,
+}
+
+#[derive(Clone, Debug)]
+enum Form<const D: usize> {
+    Contacts(ContactSpace),
+    Groups(GroupSpace<D>),
+    Bodies(BodySpace<D>),
+}
+
+/// One node of the factorised graph per contact.
+#[derive(Clone, Debug, Default)]
+struct ContactSpace {
     analysis: Analysis,
     factor: Factor,
     /// W~ + D.
     values: Vec<f64>,
-    /// D per contact, written by whoever asks for a factorisation; padded.
-    pub blocks: Vec<[[f64; D]; D]>,
-    /// Factorisations so far.
-    pub factorisations: usize,
 }
+
+/// A solution of a condensed system is corrected while its residual is above this share of the right-hand side.
+const REFINED: f64 = 1e-11;
 
 impl<const D: usize> System<D> {
     /// The system of a scaled problem.
     pub fn of(scaled: &Scaled<D>) -> Self {
+        let form = match (BodySpace::of(scaled), GroupSpace::of(scaled)) {
+            (Some(bodies), _) => Form::Bodies(bodies),
+            (None, Some(groups)) => Form::Groups(groups),
+            (None, None) => Form::Contacts(ContactSpace {
+                analysis: Analysis::new(&scaled.graph),
+                factor: Factor::default(),
+                values: scaled.values.clone(),
+            }),
+        };
+        let n = scaled.velocity.len();
         System {
-            analysis: Analysis::new(&scaled.graph),
-            factor: Factor::default(),
-            values: scaled.values.clone(),
-            blocks: vec![[[0.0; D]; D]; scaled.velocity.len()],
+            form,
+            blocks: vec![[[0.0; D]; D]; n],
             factorisations: 0,
+            given: vec![[0.0; D]; n],
+            correction: vec![[0.0; D]; n],
         }
     }
     /// Factorises W~ + D with the present `blocks`; false when it is singular.
     pub fn factorize(&mut self, scaled: &Scaled<D>) -> bool {
         self.factorisations += 1;
-        for (block, &at) in self.blocks.iter().zip(&scaled.diagonal) {
-            let at = at as usize;
-            for (k, &d) in block.as_flattened().iter().enumerate() {
-                self.values[at + k] = scaled.values[at + k] + d;
+        match &mut self.form {
+            Form::Contacts(space) => {
+                for (block, &at) in self.blocks.iter().zip(&scaled.diagonal) {
+                    let at = at as usize;
+                    for (k, &d) in block.as_flattened().iter().enumerate() {
+                        space.values[at + k] = scaled.values[at + k] + d;
+                    }
+                }
+                space.factor.factorize(&space.analysis, &space.values)
             }
+            Form::Groups(space) => space.factorize(scaled, &self.blocks),
+            Form::Bodies(space) => space.factorize(&self.blocks),
         }
-        self.factor.factorize(&self.analysis, &self.values)
     }
     /// Replaces rhs by dx; false when it is not finite.
     pub fn solve(&mut self, scaled: &Scaled<D>, x: &mut [[f64; D]]) -> bool {
-        let used = &mut x[..scaled.count()];
-        self.factor.solve(&self.analysis, used.as_flattened_mut());
-        used.as_flattened().iter().all(|v| v.is_finite())
+        let count = scaled.count();
+        if let Form::Contacts(space) = &mut self.form {
+            let used = &mut x[..count];
+            space.factor.solve(&space.analysis, used.as_flattened_mut());
+            return used.as_flattened().iter().all(|v| v.is_finite());
+        }
+        self.given[..count].copy_from_slice(&x[..count]);
+        self.solve_once(x);
+        let size = length(&self.given[..count]);
+        let mut last = f64::INFINITY;
+        // 1/D next to 1/D' a billion times smaller costs digits; the operator itself gives them back
+        for _ in 0..3 {
+            let mut correction = std::mem::take(&mut self.correction);
+            self.residual(scaled, x, &mut correction);
+            let left = length(&correction[..count]);
+            if left <= REFINED * size || !(left < 0.5 * last) {
+                self.correction = correction;
+                break;
+            }
+            last = left;
+            self.solve_once(&mut correction);
+            for (x, c) in x[..count].as_flattened_mut().iter_mut().zip(correction[..count].as_flattened()) {
+                *x += c;
+            }
+            self.correction = correction;
+        }
+        x[..count].as_flattened().iter().all(|v| v.is_finite())
     }
+    fn solve_once(&mut self, x: &mut [[f64; D]]) {
+        match &mut self.form {
+            Form::Contacts(space) => space.factor.solve(&space.analysis, x.as_flattened_mut()),
+            Form::Groups(space) => space.solve(x),
+            Form::Bodies(space) => space.solve(x),
+        }
+    }
+    /// given - (W~ + D) x.
+    fn residual(&self, scaled: &Scaled<D>, x: &[[f64; D]], out: &mut [[f64; D]]) {
+        scaled.product(x, out);
+        for i in 0..scaled.count() {
+            for r in 0..D {
+                let own: f64 = (0..D).map(|c| self.blocks[i][r][c] * x[i][c]).sum();
+                out[i][r] = self.given[i][r] - out[i][r] - own;
+            }
+        }
+    }
+}
+
+fn length<const D: usize>(v: &[[f64; D]]) -> f64 {
+    v.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// The inverse of a D x D block, by cofactors (D at most 3).
+#[inline(always)]
+pub fn inverse<const D: usize>(m: &Block<D>) -> Block<D> {
+    let mut out = [[0.0; D]; D];
+    match D {
+        1 => out[0][0] = 1.0 / m[0][0],
+        2 => {
+            let scale = 1.0 / (m[0][0] * m[1][1] - m[0][1] * m[1][0]);
+            (out[0][0], out[0][1]) = (m[1][1] * scale, -m[0][1] * scale);
+            (out[1][0], out[1][1]) = (-m[1][0] * scale, m[0][0] * scale);
+        }
+        _ => {
+            let minor = |i: usize, j: usize| {
+                let (r, s) = ((i + 1) % 3, (i + 2) % 3);
+                let (c, d) = ((j + 1) % 3, (j + 2) % 3);
+                m[r][c] * m[s][d] - m[r][d] * m[s][c]
+            };
+            let (a, b, c) = (minor(0, 0), minor(0, 1), minor(0, 2));
+            let scale = 1.0 / (m[0][0] * a + m[0][1] * b + m[0][2] * c);
+            for i in 0..3 {
+                for j in 0..3 {
+                    out[i][j] = minor(j, i) * scale;
+                }
+            }
+        }
+    }
+    out
 }

@@ -53,8 +53,10 @@ pub struct Analysis {
     pub flops: f64,
 }
 
-/// Most scalars eliminated at a time: two bodies, five contacts.
-const CHUNK: u32 = 16;
+/// Most scalars eliminated at a time in a large front: two bodies, four contacts.
+const CHUNK: u32 = 12;
+/// In fronts of fewer scalars every node is a chunk of its own: small inverses cost less than passes over the front.
+const LARGE: usize = 64;
 
 impl Analysis {
     /// Analyses a pattern under the minimum degree order.
@@ -281,7 +283,8 @@ fn lay_out(graph: &Graph, tree: &Tree, groups: Vec<Group>) -> Analysis {
             let start = first_position[i as usize];
             front.positions.extend(start..start + graph.sizes[i as usize]);
         }
-        front.chunks = chunks(graph, &front.pivots);
+        let most = if local as usize >= LARGE { CHUNK } else { 0 };
+        front.chunks = chunks(graph, &front.pivots, most);
         front.blocks = blocks(graph, &front, &owner, &place, f as u32);
         for c in front.children.clone() {
             let child = &mut analysis.fronts[c as usize];
@@ -300,13 +303,13 @@ fn lay_out(graph: &Graph, tree: &Tree, groups: Vec<Group>) -> Analysis {
     analysis
 }
 
-/// Pivot nodes gathered into chunks of at most `CHUNK` scalars (a larger node is a chunk of its own).
-fn chunks(graph: &Graph, pivots: &[u32]) -> Vec<u32> {
+/// Pivot nodes gathered into chunks of at most `most` scalars (a larger node is a chunk of its own).
+fn chunks(graph: &Graph, pivots: &[u32], most: u32) -> Vec<u32> {
     let mut out: Vec<u32> = Vec::new();
     for &i in pivots {
         let size = graph.sizes[i as usize];
         match out.last_mut() {
-            Some(last) if *last + size <= CHUNK => *last += size,
+            Some(last) if *last + size <= most => *last += size,
             _ => out.push(size),
         }
     }
@@ -355,4 +358,12 @@ fn runs(graph: &Graph, rows: &[u32], place: &[u32]) -> Vec<(u32, u32, u32)> {
         own += size;
     }
     out
+}
+
+impl Analysis {
+    /// Number and sizes of fronts, for eyes.
+    pub fn describe(&self) -> String {
+        let pivots = self.order.len();
+        format!("{} fronts, {} scalars, largest {}", self.fronts.len(), pivots, self.largest_front)
+    }
 }

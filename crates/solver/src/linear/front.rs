@@ -13,6 +13,9 @@ pub fn padded(n: usize) -> usize {
 #[inline(always)]
 pub fn invert<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
     let row = padded(k);
+    if k <= 3 {
+        return invert_small(a, k);
+    }
     let mut swaps = [0usize; 64];
     for c in 0..k {
         let mut best = c;
@@ -53,6 +56,44 @@ pub fn invert<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
         }
     }
     true
+}
+
+/// The same for at most three rows, by cofactors: one division deep, where elimination is k deep.
+#[inline(always)]
+fn invert_small(a: &mut [f64], k: usize) -> bool {
+    let row = padded(k);
+    let at = |i: usize, j: usize| a[i * row + j];
+    if k == 1 {
+        let pivot = at(0, 0);
+        a[0] = 1.0 / pivot;
+        return pivot.is_normal();
+    }
+    if k == 2 {
+        let (p, q, r, s) = (at(0, 0), at(0, 1), at(1, 0), at(1, 1));
+        let determinant = p * s - q * r;
+        let scale = 1.0 / determinant;
+        (a[0], a[1]) = (s * scale, -q * scale);
+        (a[row], a[row + 1]) = (-r * scale, p * scale);
+        return determinant.is_normal();
+    }
+    let minor = |i: usize, j: usize| {
+        let (r, s) = ((i + 1) % 3, (i + 2) % 3);
+        let (c, d) = ((j + 1) % 3, (j + 2) % 3);
+        at(r, c) * at(s, d) - at(r, d) * at(s, c)
+    };
+    let cofactors = [
+        [minor(0, 0), minor(0, 1), minor(0, 2)],
+        [minor(1, 0), minor(1, 1), minor(1, 2)],
+        [minor(2, 0), minor(2, 1), minor(2, 2)],
+    ];
+    let determinant = at(0, 0) * cofactors[0][0] + at(0, 1) * cofactors[0][1] + at(0, 2) * cofactors[0][2];
+    let scale = 1.0 / determinant;
+    for i in 0..3 {
+        for j in 0..3 {
+            a[i * row + j] = cofactors[j][i] * scale;
+        }
+    }
+    determinant.is_normal()
 }
 
 /// u = r D^-T over columns of length `m` (a multiple of eight): column c of u is sum over l of inverse[c, l] times

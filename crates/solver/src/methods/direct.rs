@@ -52,7 +52,7 @@ impl<S: Space> ImpulseSolver<S> for Direct {
             }
             Err(reason) => {
                 let residual = residual_of(problem, &prepared, impulses);
-                Outcome { iterations: 1, residual, stop: Stop::Refused(reason) }
+                Outcome::new(1, residual, Stop::Refused(reason))
             }
         }
     }

@@ -64,10 +64,8 @@ impl<S: Space> ImpulseSolver<S> for Enumeration {
             if found.is_finite() { residual_of(problem, &prepared, &found).absolute } else { f64::INFINITY }
         };
         let size = b.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
-        let refused = |reason: String, tried: usize, given: &Impulses<S>| Outcome {
-            iterations: tried,
-            residual: residual_of(problem, &prepared, given),
-            stop: Stop::Refused(reason),
+        let refused = |reason: String, tried: usize, given: &Impulses<S>| {
+            Outcome::new(tried, residual_of(problem, &prepared, given), Stop::Refused(reason))
         };
         match search(&a, &b, &parts, &error, ACCURATE * size) {
             Err(reason) => refused(reason, 0, impulses),

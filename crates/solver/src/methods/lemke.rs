@@ -39,10 +39,8 @@ impl<S: Space> ImpulseSolver<S> for Lemke {
             return Outcome::nothing_to_do();
         }
         let prepared = Prepared::of(problem);
-        let refused = |reason: String, pivots: usize, impulses: &Impulses<S>| Outcome {
-            iterations: pivots,
-            residual: residual_of(problem, &prepared, impulses),
-            stop: Stop::Refused(reason),
+        let refused = |reason: String, pivots: usize, impulses: &Impulses<S>| {
+            Outcome::new(pivots, residual_of(problem, &prepared, impulses), Stop::Refused(reason))
         };
         // with friction a wedge can also hold itself; where nothing is asked for, nothing is the answer
         let mut nothing = Impulses::zero(problem);

@@ -7,9 +7,11 @@ use crate::residual::{residual, residual_of};
 use carom_math::Space;
 
 pub mod apgd;
+pub mod auto;
 pub mod direct;
 pub mod enumeration;
 pub mod first_order;
+pub mod ladder;
 pub mod lemke;
 pub mod nncg;
 pub mod on_bodies;
@@ -45,5 +47,5 @@ fn overflow<S: Space>(
     let reason = format!(
         "the impulses outgrow all numbers after {iterations} iterations: has the problem a solution?"
     );
-    Some(Outcome { iterations, residual: residual(problem, impulses), stop: Stop::Refused(reason) })
+    Some(Outcome::new(iterations, residual(problem, impulses), Stop::Refused(reason)))
 }

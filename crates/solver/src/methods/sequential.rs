@@ -38,7 +38,7 @@ impl<S: Space> ImpulseSolver<S> for Sequential<S> {
             let reason =
                 "the sequential solver resolves collisions only; bounded rows need pgs, pgs_matrix or lemke";
             let residual = residual(problem, impulses);
-            return Outcome { iterations: 0, residual, stop: Stop::Refused(reason.into()) };
+            return Outcome::new(0, residual, Stop::Refused(reason.into()));
         }
         self.prepared.update(problem);
         self.velocities.clear();
@@ -67,7 +67,7 @@ impl<S: Space> ImpulseSolver<S> for Sequential<S> {
         }
         let residual = residual(problem, impulses);
         let stop = if approach <= settings.tolerance { Stop::Converged } else { Stop::OutOfIterations };
-        Outcome { iterations: rounds, residual, stop }
+        Outcome::new(rounds, residual, stop)
     }
 }
 

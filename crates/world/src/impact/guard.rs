@@ -2,11 +2,9 @@
 //! (theory section 3.6), gets Moreau's law instead (eqs. 3.20 to 3.22). Moreau's impulses are those of the plastic
 //! impact times 1 + e, with one e for the island: the smallest of its pressed contacts.
 
-use crate::bodies::Bodies;
-use crate::impact::islands::Islands;
 use carom_geometry::Geometry;
 use carom_math::Column;
-use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, SolveSettings, Twist};
+use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Islands, SolveSettings, Twist};
 
 /// Gain that counts as one, relative to the energy that the island's impulses turn over \[1\].
 const GAIN: f64 = 1e-9;
@@ -29,7 +27,6 @@ impl Work {
 /// Replaces the impulses of the islands that gain energy.
 pub fn apply<S: Geometry>(
     problem: &ContactProblem<S>,
-    bodies: &Bodies<S>,
     bounces: &[bool],
     settings: &SolveSettings,
     solver: &mut dyn ImpulseSolver<S>,
@@ -38,34 +35,26 @@ pub fn apply<S: Geometry>(
     if !bounces.contains(&true) {
         return; // a plastic impact is a projection: it cannot gain
     }
-    let mut islands = Islands::of(bodies, problem.contacts.iter().map(|c| (c.a, c.b)));
-    let island: Vec<usize> = problem.contacts.iter().map(|c| islands.of_contact(bodies, c.a, c.b)).collect();
-    let works = works(problem, impulses, &island, bodies.len());
-    if !works.iter().any(Work::is_gain) {
-        return;
-    }
-    for (root, _) in works.iter().enumerate().filter(|(_, w)| w.is_gain()) {
-        let members: Vec<usize> = (0..island.len()).filter(|&k| island[k] == root).collect();
-        let found = moreau(problem, &members, bounces, settings, solver);
+    let islands = Islands::of(problem);
+    let works = works(problem, impulses, &islands);
+    for (island, _) in works.iter().enumerate().filter(|(_, w)| w.is_gain()) {
+        let members = islands.contacts(island);
+        let found = moreau(problem, members, bounces, settings, solver);
         for (&k, g) in members.iter().zip(found) {
             impulses.contacts[k] = g;
         }
     }
 }
 
-fn works<S: Geometry>(
-    problem: &ContactProblem<S>,
-    impulses: &Impulses<S>,
-    island: &[usize],
-    bodies: usize,
-) -> Vec<Work> {
+fn works<S: Geometry>(problem: &ContactProblem<S>, impulses: &Impulses<S>, islands: &Islands) -> Vec<Work> {
     let after = problem.velocities_after(impulses);
-    let mut works = vec![Work::default(); bodies];
-    for ((c, g), &root) in problem.contacts.iter().zip(&impulses.contacts).zip(island) {
+    let mut works = vec![Work::default(); islands.count()];
+    for (k, (c, g)) in problem.contacts.iter().zip(&impulses.contacts).enumerate() {
         let ((n0, t0), (n1, t1)) = (c.relative_velocity(&problem.velocities), c.relative_velocity(&after));
         let (normal, tangential) = (0.5 * g.normal * (n0 + n1), 0.5 * g.tangent.dot(t0 + t1));
-        works[root].gained += normal + tangential;
-        works[root].turned_over += 0.5 * g.normal * (n0.abs() + n1.abs()) + tangential.abs();
+        let work = &mut works[islands.of_contact(k)];
+        work.gained += normal + tangential;
+        work.turned_over += 0.5 * g.normal * (n0.abs() + n1.abs()) + tangential.abs();
     }
     works
 }

@@ -4,7 +4,6 @@
 //! A bounce sends its bodies on to others; rounds follow it within the step. Knows no loads and no clock.
 
 mod guard;
-mod islands;
 mod newton;
 mod sequential;
 
@@ -15,8 +14,9 @@ use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
 use crate::settings::{ImpactLaw, Settings};
 use carom_geometry::Geometry;
-use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, SolveSettings, Stop, Twist};
-use islands::Islands;
+use carom_solver::{
+    ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, Partition, SolveSettings, Stop, Twist, Watch,
+};
 
 /// Rounds of impacts within a step; a blow that runs through more bodies goes on in the next step.
 const ROUNDS: usize = 16;
@@ -120,6 +120,7 @@ impl<S: Geometry> Impacts<S> {
         thresholds: &Thresholds,
         solver: &mut dyn ImpulseSolver<S>,
         ledger: &mut Ledger,
+        watch: &mut Watch,
     ) -> Option<SolveReport> {
         self.resolved.clear();
         self.resolved.resize(touches.len(), false);
@@ -133,8 +134,8 @@ impl<S: Geometry> Impacts<S> {
                 self.exchange();
             }
             self.assemble(bodies, touches, settings);
-            let solved = self.strike(bodies, settings, thresholds, solver, ledger);
-            let refused = matches!(solved.stop, Stop::Refused(_));
+            let solved = self.strike(bodies, settings, thresholds, solver, ledger, watch);
+            let refused = matches!(solved.stop, Stop::Refused(_) | Stop::Interrupted);
             report = Some(match report {
                 Some(before) => joined(before, solved),
                 None => solved,
@@ -170,8 +171,9 @@ impl<S: Geometry> Impacts<S> {
         thresholds: &Thresholds,
         solver: &mut dyn ImpulseSolver<S>,
         ledger: &mut Ledger,
+        watch: &mut Watch,
     ) -> SolveReport {
-        let outcome = self.solve(bodies, settings, thresholds, solver);
+        let outcome = self.solve(settings, thresholds, solver, watch);
         for (&k, g) in self.struck.iter().zip(&self.impulses.contacts) {
             self.totals[k].normal += g.normal;
             self.totals[k].tangent += g.tangent;
@@ -187,17 +189,17 @@ impl<S: Geometry> Impacts<S> {
 
     fn solve(
         &mut self,
-        bodies: &Bodies<S>,
         settings: &Settings<S>,
         thresholds: &Thresholds,
         solver: &mut dyn ImpulseSolver<S>,
+        watch: &mut Watch,
     ) -> Outcome {
         self.impulses.reset(&self.problem);
         let solve = SolveSettings { iterations: settings.iterations, tolerance: settings.tolerance };
         match settings.impact {
             ImpactLaw::Newton => {
-                let outcome = newton::solve(&self.problem, &solve, solver, &mut self.impulses);
-                guard::apply(&self.problem, bodies, &self.bounces, &solve, solver, &mut self.impulses);
+                let outcome = newton::solve(&self.problem, &solve, solver, &mut self.impulses, watch);
+                guard::apply(&self.problem, &self.bounces, &solve, solver, &mut self.impulses);
                 outcome
             }
             ImpactLaw::Sequential => {
@@ -209,17 +211,23 @@ impl<S: Geometry> Impacts<S> {
     /// The impact problem of the present velocities, on the islands where something calls for one.
     fn assemble(&mut self, bodies: &Bodies<S>, touches: &[Touch<S>], settings: &Settings<S>) {
         let pairs = touches.iter().zip(&self.parts).filter(|(_, p)| p.is_some()).map(|(t, _)| (t.a, t.b));
-        let mut islands = Islands::of(bodies, pairs);
+        let mut islands = Partition::default();
+        islands.reset(bodies.len());
+        let joins = |&(a, b): &(usize, usize)| bodies.is_dynamic(a) && bodies.is_dynamic(b);
+        pairs.filter(joins).for_each(|(a, b)| islands.join(a, b));
+        // an obstacle belongs to no island: a contact is where its body that moves is
+        let mover = |t: &Touch<S>| if bodies.is_dynamic(t.a) { t.a } else { t.b };
+        let mut called = vec![false; bodies.len()];
         for (t, p) in touches.iter().zip(&self.parts) {
             if p.is_some_and(|p| p.calls) {
-                islands.mark(bodies, t.a, t.b);
+                called[islands.root(mover(t))] = true;
             }
         }
         assembly::begin(&mut self.problem, bodies, settings.friction_law);
         self.bounces.clear();
         self.struck.clear();
         for (k, t) in touches.iter().enumerate() {
-            let Some(part) = self.parts[k].filter(|_| islands.is_marked(bodies, t.a, t.b)) else { continue };
+            let Some(part) = self.parts[k].filter(|_| called[islands.root(mover(t))]) else { continue };
             self.problem.contacts.push(assembly::contact(bodies, t, part.target));
             self.bounces.push(part.bounces);
             self.struck.push(k);

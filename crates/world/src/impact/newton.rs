@@ -2,7 +2,7 @@
 //! by the chosen solver (theory chapter 4). Symmetric; a blow is shared among all touching bodies.
 
 use carom_math::Space;
-use carom_solver::{ContactProblem, ImpulseSolver, Impulses, Outcome, SolveSettings};
+use carom_solver::{ContactProblem, ImpulseSolver, Impulses, Outcome, SolveSettings, Watch};
 
 /// Solves the impact problem as it stands.
 pub fn solve<S: Space>(
@@ -10,6 +10,7 @@ pub fn solve<S: Space>(
     settings: &SolveSettings,
     solver: &mut dyn ImpulseSolver<S>,
     impulses: &mut Impulses<S>,
+    watch: &mut Watch,
 ) -> Outcome {
-    solver.solve(problem, settings, impulses)
+    solver.solve_watched(problem, settings, impulses, watch)
 }

@@ -1,5 +1,6 @@
 //! What is known of a step after it: energies, momenta, the ledger, the report.
 
 pub mod energy;
+pub mod explain;
 pub mod ledger;
 pub mod report;

@@ -3,7 +3,7 @@
 use crate::observe::energy::{Energy, Momenta};
 use crate::observe::ledger::Ledger;
 use carom_math::Space;
-use carom_solver::{Outcome, Stop};
+use carom_solver::{IslandReport, Outcome, SolverKind, Stop};
 use serde::{Deserialize, Serialize};
 
 /// One solve of a step, with its worst contact named by bodies.
@@ -21,6 +21,8 @@ pub struct SolveReport {
     pub worst: Option<(usize, usize)>,
     /// Why the solver stopped.
     pub stop: Stop,
+    /// The islands where anything pressed, by solvers that go island by island; of impacts, those of the worst round.
+    pub islands: Vec<IslandReport>,
 }
 
 impl SolveReport {
@@ -33,7 +35,12 @@ impl SolveReport {
             relative_residual: outcome.residual.relative,
             worst,
             stop: outcome.stop,
+            islands: outcome.islands,
         }
+    }
+    /// True when the residual is within what was asked for; a tolerance of 0 asks for nothing.
+    pub fn is_within(&self, tolerance: f64) -> bool {
+        tolerance == 0.0 || self.residual <= tolerance
     }
 }
 
@@ -47,6 +54,12 @@ pub struct StepReport<S: Space> {
     pub time: f64,
     /// Length of the step \[s\].
     pub dt: f64,
+    /// The solver asked for.
+    pub solver: SolverKind,
+    /// The residual asked for \[m/s\].
+    pub tolerance: f64,
+    /// The most iterations allowed per solve.
+    pub budget: usize,
     /// Contacts found at the step's start, speculative ones included.
     pub contacts: usize,
     /// The solve of the persistent contacts; `None` when there were none.
@@ -82,6 +95,14 @@ impl<S: Space> StepReport<S> {
     /// Iterations of all solves of the step.
     pub fn iterations(&self) -> usize {
         self.solves().map(|s| s.iterations).sum()
+    }
+    /// True when every solve is within the tolerance by the natural residual; a tolerance of 0 asks for nothing.
+    pub fn is_accurate(&self) -> bool {
+        self.solves().all(|s| s.is_within(self.tolerance))
+    }
+    /// The islands of the step's solves: of impacts, then of persistent contacts.
+    pub fn islands(&self) -> impl Iterator<Item = &IslandReport> {
+        self.impact_solve.iter().chain(&self.contact_solve).flat_map(|s| &s.islands)
     }
     /// True when every solve reached its tolerance.
     pub fn converged(&self) -> bool {

@@ -16,15 +16,18 @@ use crate::narrow_phase::{Touch, normal_velocity, smallest_extent};
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
-use crate::settings::Settings;
+use crate::settings::{OnInaccurate, Settings};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
-use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolveSettings, SolverKind, Stop, Twist};
+use carom_solver::methods::ladder::Ladder;
+use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolveSettings, SolverKind, Stop, Twist, Watch};
 
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
 pub struct FixedStep<S: Geometry> {
-    solver: Option<(SolverKind, Box<dyn ImpulseSolver<S>>)>,
+    solver: Option<(SolverKind, bool, Box<dyn ImpulseSolver<S>>)>,
+    /// The solve that a step was refused for.
+    pub failed: Option<SolveReport>,
     /// The impacts of the last step.
     pub impacts: Impacts<S>,
     mid_step: MidStep<S>,
@@ -49,6 +52,7 @@ impl<S: Geometry> Default for FixedStep<S> {
         let problem = ContactProblem::new(Vec::new(), Vec::new());
         FixedStep {
             solver: None,
+            failed: None,
             impacts: Impacts::default(),
             mid_step: MidStep::default(),
             correction: Correction::default(),
@@ -108,21 +112,22 @@ impl<S: Geometry> FixedStep<S> {
         step: &Step<S>,
         loads: &mut Loads<S>,
         warm: &mut WarmStart<S>,
+        watch: &mut Watch,
     ) -> Result<SchemeReport, StepError> {
         let mut report = SchemeReport::default();
         let limits = thresholds(settings, bodies, step.dt);
-        self.choose_solver(settings.solver);
+        self.choose_solver(settings);
 
-        report.impact_solve = self.impact(bodies, touches, settings, &limits, &mut report.ledger);
-        refused(&report.impact_solve, settings.solver, "impact", step.time)?;
+        report.impact_solve = self.impact(bodies, touches, settings, &limits, &mut report.ledger, watch);
+        self.judge(&report.impact_solve, settings, "impact", step.time)?;
         self.approaches.clear();
         self.approaches.extend(touches.iter().map(|t| normal_velocity(bodies, t)));
         damp(bodies, 0.5 * step.dt, &mut report.ledger);
         self.drift_to_kick(bodies, settings.integrator, step, loads, &mut report.ledger)?;
         self.load(bodies, settings.integrator, step, loads, &mut report.ledger)?;
         self.assemble(bodies, touches, settings, &limits);
-        report.contact_solve = self.solve(settings, warm, step.dt);
-        refused(&report.contact_solve, settings.solver, "contact", step.time)?;
+        report.contact_solve = self.solve(settings, warm, step.dt, watch);
+        self.judge(&report.contact_solve, settings, "contact", step.time)?;
         self.kick(bodies, settings.integrator, step, &mut report.ledger);
         self.drift_from_kick(bodies, settings.integrator, step, &mut report.ledger);
         damp(bodies, 0.5 * step.dt, &mut report.ledger);
@@ -131,10 +136,38 @@ impl<S: Geometry> FixedStep<S> {
         Ok(report)
     }
 
-    fn choose_solver(&mut self, kind: SolverKind) {
-        if self.solver.as_ref().is_none_or(|(k, _)| *k != kind) {
-            self.solver = Some((kind, kind.make()));
+    fn choose_solver(&mut self, settings: &Settings<S>) {
+        let (kind, escalates) = (settings.solver, settings.on_inaccurate == OnInaccurate::Escalate);
+        if self.solver.as_ref().is_none_or(|(k, e, _)| (*k, *e) != (kind, escalates)) {
+            self.solver = Some((kind, escalates, make_solver(kind, escalates)));
         }
+    }
+
+    /// Ends the step when a solve was refused or interrupted, or is less accurate than the settings demand.
+    fn judge(
+        &mut self,
+        report: &Option<SolveReport>,
+        settings: &Settings<S>,
+        phase: &'static str,
+        time: f64,
+    ) -> Result<(), StepError> {
+        let Some(solve) = report else { return Ok(()) };
+        let (contacts, solver) = (solve.contacts, settings.solver.name());
+        let error = match &solve.stop {
+            Stop::Interrupted => StepError::Interrupted { phase, contacts, time },
+            Stop::Refused(reason) => {
+                StepError::SolverRefused { solver, phase, contacts, reason: reason.clone(), time }
+            }
+            _ if settings.on_inaccurate == OnInaccurate::Raise && !solve.is_within(settings.tolerance) => {
+                let (residual, tolerance) = (solve.residual, settings.tolerance);
+                // the explanation needs the bodies' names, which the world adds
+                let explanation = String::new();
+                StepError::Inaccurate { solver, phase, contacts, residual, tolerance, explanation, time }
+            }
+            _ => return Ok(()),
+        };
+        self.failed = Some(solve.clone());
+        Err(error)
     }
 
     fn impact(
@@ -144,9 +177,10 @@ impl<S: Geometry> FixedStep<S> {
         settings: &Settings<S>,
         limits: &Thresholds,
         ledger: &mut Ledger,
+        watch: &mut Watch,
     ) -> Option<SolveReport> {
-        let (_, solver) = self.solver.as_mut()?;
-        self.impacts.resolve(bodies, touches, settings, limits, solver.as_mut(), ledger)
+        let (_, _, solver) = self.solver.as_mut()?;
+        self.impacts.resolve(bodies, touches, settings, limits, solver.as_mut(), ledger, watch)
     }
 
     /// First drift; what it does to the energy besides work is the integrator's line.
@@ -236,7 +270,13 @@ impl<S: Geometry> FixedStep<S> {
         }
     }
 
-    fn solve(&mut self, settings: &Settings<S>, warm: &WarmStart<S>, dt: f64) -> Option<SolveReport> {
+    fn solve(
+        &mut self,
+        settings: &Settings<S>,
+        warm: &WarmStart<S>,
+        dt: f64,
+        watch: &mut Watch,
+    ) -> Option<SolveReport> {
         self.impulses.reset(&self.problem);
         if self.problem.contacts.is_empty() {
             return None;
@@ -244,9 +284,9 @@ impl<S: Geometry> FixedStep<S> {
         if settings.warm_start {
             warm.load(&self.problem, dt, &mut self.impulses);
         }
-        let (_, solver) = self.solver.as_mut()?;
+        let (_, _, solver) = self.solver.as_mut()?;
         let solve = SolveSettings { iterations: settings.iterations, tolerance: settings.tolerance };
-        let outcome = solver.solve(&self.problem, &solve, &mut self.impulses);
+        let outcome = solver.solve_watched(&self.problem, &solve, &mut self.impulses, watch);
         let worst = assembly::bodies_of(&self.problem, outcome.residual.worst);
         Some(SolveReport::new(outcome, self.problem.contacts.len(), worst))
     }
@@ -352,20 +392,14 @@ fn damp<S: Geometry>(bodies: &mut Bodies<S>, time: f64, ledger: &mut Ledger) {
     }
 }
 
-fn refused(
-    report: &Option<SolveReport>,
-    kind: SolverKind,
-    phase: &'static str,
-    time: f64,
-) -> Result<(), StepError> {
-    match report {
-        Some(SolveReport { stop: Stop::Refused(reason), contacts, .. }) => Err(StepError::SolverRefused {
-            solver: kind.name(),
-            phase,
-            contacts: *contacts,
-            reason: reason.clone(),
-            time,
-        }),
-        _ => Ok(()),
+/// The solver of both of a step's problems: alone, island by island, or with the stronger ones above it.
+fn make_solver<S: Geometry>(kind: SolverKind, escalates: bool) -> Box<dyn ImpulseSolver<S>> {
+    if escalates && !kind.stronger().is_empty() {
+        let kinds: Vec<SolverKind> = std::iter::once(kind).chain(kind.stronger().iter().copied()).collect();
+        Box::new(Ladder::new(kind.name(), &kinds))
+    } else if kind.goes_by_island() && kind != SolverKind::Auto {
+        Box::new(Ladder::new(kind.name(), &[kind]))
+    } else {
+        kind.make()
     }
 }

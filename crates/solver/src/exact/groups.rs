@@ -1,0 +1,418 @@
+//! Contacts between the same two bodies condensed: their rows of W~ span at most six directions (three in the plane)
+//! and so do their columns, W_gh = Q_g V_gh R_h^T with orthonormal Q and R (the same when W~ is symmetric). With
+//! H = R^T D^-1 Q and g = R^T D^-1 rhs the system becomes (1 + V H) s = -V g and dx = D^-1 (rhs + Q s). H^-1 is never
+//! formed: where some contacts of a group stick and others are open it would hold 1e12 next to 1. Found from W~
+//! alone: such contacts are coupled to the same others.
+
+use super::scaled::Scaled;
+use super::system::{Block, inverse};
+use crate::linear::{Analysis, Factor, Graph};
+
+/// Fewer contacts are not worth the condensing.
+const FEW: usize = 96;
+/// Directions left out are smaller than this share of the group's largest.
+const RANK: f64 = 1e-9;
+/// Columns that a group's rows are gathered into before their directions are found.
+const SKETCH: usize = 12;
+/// What condensing may change of a block, as a share of the largest diagonal entry.
+const FAITHFUL: f64 = 1e-11;
+/// Most directions kept of a group.
+const MOST: usize = 6;
+
+/// A group of contacts with its directions.
+#[derive(Clone, Debug, Default)]
+struct Group {
+    contacts: Vec<u32>,
+    /// Number of directions; for a contact on its own its dimension.
+    rank: usize,
+    /// Q, D rows per contact, `rank` columns, row by row; empty when the contact stands for itself.
+    basis: Vec<f64>,
+    /// R, in the same order.
+    seen: Vec<f64>,
+    /// H, rank x rank.
+    compliance: Vec<f64>,
+}
+
+/// The system with groups as nodes.
+#[derive(Clone, Debug, Default)]
+pub struct GroupSpace<const D: usize> {
+    groups: Vec<Group>,
+    graph: Graph,
+    analysis: Analysis,
+    factor: Factor,
+    /// V.
+    reduced: Vec<f64>,
+    /// 1 + V H; for a contact on its own D + V.
+    values: Vec<f64>,
+    /// Where the diagonal blocks start.
+    diagonal: Vec<u32>,
+    /// g.
+    pulled: Vec<f64>,
+    /// D^-1 per contact.
+    compliance: Vec<Block<D>>,
+    /// s; dx for a contact on its own.
+    solution: Vec<f64>,
+}
+
+impl<const D: usize> GroupSpace<D> {
+    /// The condensed system, if at least half of the contacts condense to fewer directions than they have rows.
+    pub fn of(scaled: &Scaled<D>) -> Option<Self> {
+        let mut groups = gather(&scaled.graph, D)?;
+        let (rows, columns) = sketches(scaled);
+        for group in groups.iter_mut().filter(|g| g.contacts.len() > 1) {
+            let n = group.contacts.len() * D;
+            group.basis = basis(&group.contacts, &rows)?;
+            group.seen = basis(&group.contacts, &columns)?;
+            group.rank = group.basis.len() / n;
+            if group.seen.len() != group.basis.len() {
+                return None;
+            }
+        }
+        let mut owner = vec![0u32; scaled.count()];
+        for (g, group) in groups.iter().enumerate() {
+            group.contacts.iter().for_each(|&i| owner[i as usize] = g as u32);
+        }
+        let graph = group_graph(scaled, &groups, &owner);
+        let reduced = reduce(scaled, &groups, &owner, &graph)?;
+        let diagonal = (0..groups.len())
+            .map(|g| graph.offsets[graph.position(g, g).expect("every row holds its diagonal")])
+            .collect();
+        for group in &mut groups {
+            group.compliance = vec![0.0; group.rank * group.rank];
+        }
+        Some(GroupSpace {
+            analysis: Analysis::new(&graph),
+            factor: Factor::default(),
+            values: reduced.clone(),
+            reduced,
+            diagonal,
+            compliance: vec![[[0.0; D]; D]; scaled.count()],
+            pulled: vec![0.0; graph.scalars()],
+            solution: vec![0.0; graph.scalars()],
+            groups,
+            graph,
+        })
+    }
+
+    /// Factorises with D from `blocks`.
+    pub fn factorize(&mut self, scaled: &Scaled<D>, blocks: &[Block<D>]) -> bool {
+        for (compliance, block) in self.compliance.iter_mut().zip(&blocks[..scaled.count()]) {
+            *compliance = inverse(block);
+        }
+        for group in self.groups.iter_mut().filter(|g| !g.basis.is_empty()) {
+            let n = group.rank;
+            group.compliance.fill(0.0);
+            let bases = group.seen.chunks_exact(D * n).zip(group.basis.chunks_exact(D * n));
+            for (&i, (seen, rows)) in group.contacts.iter().zip(bases) {
+                accumulate(&mut group.compliance, (seen, rows), &self.compliance[i as usize], n);
+            }
+        }
+        for (g, group) in self.groups.iter().enumerate() {
+            for k in self.graph.row(g) {
+                let other = &self.groups[self.graph.neighbours[k] as usize];
+                let range = self.graph.offsets[k] as usize..self.graph.offsets[k + 1] as usize;
+                let (value, reduced) = (&mut self.values[range.clone()], &self.reduced[range]);
+                if other.basis.is_empty() {
+                    value.copy_from_slice(reduced);
+                } else {
+                    product(reduced, &other.compliance, value, other.rank);
+                }
+            }
+            let (at, n) = (self.diagonal[g] as usize, group.rank);
+            if group.basis.is_empty() {
+                let own = blocks[group.contacts[0] as usize].as_flattened();
+                own.iter().enumerate().for_each(|(k, d)| self.values[at + k] += d);
+            } else {
+                (0..n).for_each(|k| self.values[at + k * n + k] += 1.0);
+            }
+        }
+        self.factor.factorize(&self.analysis, &self.values)
+    }
+
+    /// Replaces rhs by dx.
+    pub fn solve(&mut self, x: &mut [[f64; D]]) {
+        self.pulled.fill(0.0);
+        for (g, group) in self.groups.iter().enumerate().filter(|(_, g)| !g.basis.is_empty()) {
+            let n = group.rank;
+            let pulled = &mut self.pulled[self.graph.first[g] as usize..][..n];
+            for (&i, rows) in group.contacts.iter().zip(group.seen.chunks_exact(D * n)) {
+                let soft = apply(&self.compliance[i as usize], &x[i as usize]);
+                for (row, value) in rows.chunks_exact(n).zip(&soft) {
+                    row.iter().zip(pulled.iter_mut()).for_each(|(r, p)| *p += r * value);
+                }
+            }
+        }
+        for (g, group) in self.groups.iter().enumerate() {
+            let own = &mut self.solution[self.graph.first[g] as usize..][..group.rank];
+            own.fill(0.0);
+            if group.basis.is_empty() {
+                own.copy_from_slice(&x[group.contacts[0] as usize]);
+            }
+            for k in self.graph.row(g) {
+                let h = self.graph.neighbours[k] as usize;
+                if self.groups[h].basis.is_empty() {
+                    continue;
+                }
+                let pulled = &self.pulled[self.graph.first[h] as usize..self.graph.first[h + 1] as usize];
+                let block = &self.reduced[self.graph.offsets[k] as usize..self.graph.offsets[k + 1] as usize];
+                for (row, out) in block.chunks_exact(pulled.len()).zip(own.iter_mut()) {
+                    *out -= row.iter().zip(pulled).map(|(v, p)| v * p).sum::<f64>();
+                }
+            }
+        }
+        self.factor.solve(&self.analysis, &mut self.solution);
+        for (g, group) in self.groups.iter().enumerate() {
+            let n = group.rank;
+            let push = &self.solution[self.graph.first[g] as usize..][..n];
+            if group.basis.is_empty() {
+                x[group.contacts[0] as usize].copy_from_slice(push);
+                continue;
+            }
+            for (&i, rows) in group.contacts.iter().zip(group.basis.chunks_exact(D * n)) {
+                let i = i as usize;
+                for (row, x) in rows.chunks_exact(n).zip(&mut x[i]) {
+                    *x += row.iter().zip(push).map(|(q, p)| q * p).sum::<f64>();
+                }
+                x[i] = apply(&self.compliance[i], &x[i]);
+            }
+        }
+    }
+}
+
+/// out = A B with B n x n, row by row.
+#[inline(always)]
+fn product(a: &[f64], b: &[f64], out: &mut [f64], n: usize) {
+    for (row, out) in a.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+        out.fill(0.0);
+        for (x, line) in row.iter().zip(b.chunks_exact(n)) {
+            line.iter().zip(out.iter_mut()).for_each(|(b, o)| *o += x * b);
+        }
+    }
+}
+
+/// M v.
+#[inline(always)]
+fn apply<const D: usize>(m: &Block<D>, v: &[f64; D]) -> [f64; D] {
+    let mut out = [0.0; D];
+    for r in 0..D {
+        for c in 0..D {
+            out[r] += m[r][c] * v[c];
+        }
+    }
+    out
+}
+
+/// h += R_i^T C Q_i with R_i and Q_i D x n, row by row.
+#[inline(always)]
+fn accumulate<const D: usize>(h: &mut [f64], (seen, rows): (&[f64], &[f64]), c: &Block<D>, n: usize) {
+    let mut product = [[0.0; MOST]; D];
+    for r in 0..D {
+        for k in 0..D {
+            for j in 0..n {
+                product[r][j] += c[r][k] * rows[k * n + j];
+            }
+        }
+    }
+    for (r, product) in product.iter().enumerate() {
+        for i in 0..n {
+            let factor = seen[r * n + i];
+            for j in 0..n {
+                h[i * n + j] += factor * product[j];
+            }
+        }
+    }
+}
+
+/// Contacts with the same neighbours; `None` when too few of them would condense to be worth it.
+fn gather(graph: &Graph, d: usize) -> Option<Vec<Group>> {
+    let n = graph.nodes();
+    let row = |i: u32| &graph.neighbours[graph.row(i as usize)];
+    let mut order: Vec<u32> = (0..n as u32).collect();
+    order.sort_by(|&i, &j| row(i).len().cmp(&row(j).len()).then_with(|| row(i).cmp(row(j))).then(i.cmp(&j)));
+    let directions = if d == 3 { 6 } else { 3 };
+    let mut groups: Vec<Group> = Vec::new();
+    let mut condensed = 0;
+    for run in order.chunk_by(|&i, &j| row(i) == row(j)) {
+        if d > 1 && run.len() * d > directions && run.len() <= 64 {
+            condensed += run.len();
+            groups.push(Group { contacts: run.to_vec(), ..Group::default() });
+        } else {
+            groups.extend(run.iter().map(|&i| Group { contacts: vec![i], rank: d, ..Group::default() }));
+        }
+    }
+    groups.sort_by_key(|g| g.contacts[0]);
+    (2 * condensed >= n && n >= FEW).then_some(groups)
+}
+
+/// A contact's rows (or columns) of W~ added up, with signs, into few columns: their directions stay the same.
+type Sketch<const D: usize> = [[f64; SKETCH]; D];
+
+/// The rows and the columns of W~ of every contact, gathered. Signs and places are scattered, so that no direction
+/// cancels except by accident, which `faithful` would tell.
+fn sketches<const D: usize>(scaled: &Scaled<D>) -> (Vec<Sketch<D>>, Vec<Sketch<D>>) {
+    let n = scaled.count();
+    let (mut rows, mut columns) = (vec![[[0.0; SKETCH]; D]; n], vec![[[0.0; SKETCH]; D]; n]);
+    let scatter = |i: usize| {
+        let mixed = (i as u32).wrapping_mul(0x9E37_79B1) >> 16;
+        let sign = if mixed & 1 == 0 { 1.0 } else { -1.0 };
+        (sign, (mixed >> 1) as usize % (SKETCH / D) * D)
+    };
+    for i in 0..n {
+        let (own_sign, own_place) = scatter(i);
+        for k in scaled.graph.row(i) {
+            let j = scaled.graph.neighbours[k] as usize;
+            let (sign, place) = scatter(j);
+            let block = &scaled.values[scaled.graph.offsets[k] as usize..][..D * D];
+            for r in 0..D {
+                for c in 0..D {
+                    rows[i][r][place + c] += sign * block[r * D + c];
+                    columns[j][c][own_place + r] += own_sign * block[r * D + c];
+                }
+            }
+        }
+    }
+    (rows, columns)
+}
+
+/// Orthonormal directions that span the gathered rows of some contacts, D x rank per contact, row by row: columns in
+/// the order of what is left of them. `None` when there are more than `MOST`.
+fn basis<const D: usize>(contacts: &[u32], sketches: &[Sketch<D>]) -> Option<Vec<f64>> {
+    let n = contacts.len() * D;
+    let mut left: Vec<Vec<f64>> = (0..SKETCH)
+        .map(|c| contacts.iter().flat_map(|&i| sketches[i as usize].iter().map(move |row| row[c])).collect())
+        .collect();
+    let size = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
+    let along = |q: &[f64], v: &mut [f64]| {
+        let dot: f64 = q.iter().zip(v.iter()).map(|(a, b)| a * b).sum();
+        v.iter_mut().zip(q).for_each(|(x, q)| *x -= dot * q);
+    };
+    let mut directions: Vec<Vec<f64>> = Vec::new();
+    let mut first = None;
+    loop {
+        let sizes: Vec<f64> = left.iter().map(|v| size(v)).collect();
+        let best = (0..left.len()).fold(0, |b, k| if sizes[k] > sizes[b] { k } else { b });
+        let scale = *first.get_or_insert(sizes[best]);
+        if !(sizes[best] > RANK * RANK * scale) {
+            break;
+        }
+        if directions.len() == MOST {
+            return None;
+        }
+        let mut direction = left.swap_remove(best);
+        directions.iter().for_each(|q| along(q, &mut direction));
+        let length = size(&direction).sqrt();
+        direction.iter_mut().for_each(|x| *x /= length);
+        left.iter_mut().for_each(|v| along(&direction, v));
+        directions.push(direction);
+    }
+    Some((0..n).flat_map(|i| directions.iter().map(move |q| q[i]).collect::<Vec<_>>()).collect())
+}
+
+/// Which groups are coupled.
+fn group_graph<const D: usize>(scaled: &Scaled<D>, groups: &[Group], owner: &[u32]) -> Graph {
+    let (mut starts, mut neighbours) = (vec![0u32], Vec::new());
+    for group in groups {
+        let first = neighbours.len();
+        let row = scaled.graph.row(group.contacts[0] as usize);
+        neighbours.extend(scaled.graph.neighbours[row].iter().map(|&j| owner[j as usize]));
+        neighbours[first..].sort_unstable();
+        let mut end = first;
+        for k in first..neighbours.len() {
+            if end == first || neighbours[end - 1] != neighbours[k] {
+                neighbours[end] = neighbours[k];
+                end += 1;
+            }
+        }
+        neighbours.truncate(end);
+        starts.push(end as u32);
+    }
+    Graph::new(groups.iter().map(|g| g.rank as u32).collect(), starts, neighbours)
+}
+
+/// V; `None` when condensing would change W~.
+fn reduce<const D: usize>(
+    scaled: &Scaled<D>,
+    groups: &[Group],
+    owner: &[u32],
+    graph: &Graph,
+) -> Option<Vec<f64>> {
+    let mut reduced = vec![0.0; graph.values()];
+    let largest = (0..scaled.count())
+        .map(|i| (0..D).fold(0.0_f64, |m, k| m.max(scaled.values[scaled.diagonal[i] as usize + k * D + k])))
+        .fold(0.0, f64::max);
+    let mut place = vec![0usize; scaled.count()];
+    for group in groups {
+        group.contacts.iter().enumerate().for_each(|(k, &i)| place[i as usize] = k);
+    }
+    let unit: Vec<f64> = (0..D * D).map(|k| if k / D == k % D { 1.0 } else { 0.0 }).collect();
+    let part = |i: usize, whole: fn(&Group) -> &[f64]| -> &[f64] {
+        let group = &groups[owner[i] as usize];
+        let whole = whole(group);
+        if whole.is_empty() { &unit } else { &whole[place[i] * D * group.rank..][..D * group.rank] }
+    };
+    let rows_of = |i: usize| part(i, |g| &g.basis);
+    let seen_of = |i: usize| part(i, |g| &g.seen);
+    for i in 0..scaled.count() {
+        let (g, own) = (owner[i] as usize, rows_of(i));
+        let rank = groups[g].rank;
+        for k in scaled.graph.row(i) {
+            let j = scaled.graph.neighbours[k] as usize;
+            let (h, other) = (owner[j] as usize, seen_of(j));
+            let columns = groups[h].rank;
+            let at = graph.offsets[graph.position(g, h)?] as usize;
+            let block = &scaled.values[scaled.graph.offsets[k] as usize..][..D * D];
+            let target = &mut reduced[at..at + rank * columns];
+            for r in 0..D {
+                let mut right = [0.0; MOST];
+                for c in 0..D {
+                    for m in 0..columns {
+                        right[m] += block[r * D + c] * other[c * columns + m];
+                    }
+                }
+                for p in 0..rank {
+                    for m in 0..columns {
+                        target[p * columns + m] += own[r * rank + p] * right[m];
+                    }
+                }
+            }
+        }
+    }
+    faithful(scaled, graph, &reduced, owner, (&rows_of, &seen_of), largest).then_some(reduced)
+}
+
+/// True when every block of W~ is Q_g V_gh R_h^T to rounding.
+fn faithful<'a, const D: usize>(
+    scaled: &Scaled<D>,
+    graph: &Graph,
+    reduced: &[f64],
+    owner: &[u32],
+    (rows_of, seen_of): (&impl Fn(usize) -> &'a [f64], &impl Fn(usize) -> &'a [f64]),
+    largest: f64,
+) -> bool {
+    let mut worst: f64 = 0.0;
+    for i in 0..scaled.count() {
+        let (g, own) = (owner[i] as usize, rows_of(i));
+        let rank = own.len() / D;
+        for k in scaled.graph.row(i) {
+            let j = scaled.graph.neighbours[k] as usize;
+            let other = seen_of(j);
+            let columns = other.len() / D;
+            let Some(at) = graph.position(g, owner[j] as usize) else { return false };
+            let block = &scaled.values[scaled.graph.offsets[k] as usize..][..D * D];
+            let v = &reduced[graph.offsets[at] as usize..][..rank * columns];
+            for r in 0..D {
+                let mut left = [0.0; MOST];
+                for p in 0..rank {
+                    for m in 0..columns {
+                        left[m] += own[r * rank + p] * v[p * columns + m];
+                    }
+                }
+                for c in 0..D {
+                    let value: f64 = (0..columns).map(|m| left[m] * other[c * columns + m]).sum();
+                    worst = worst.max((value - block[r * D + c]).abs());
+                }
+            }
+        }
+    }
+    worst <= FAITHFUL * largest
+}

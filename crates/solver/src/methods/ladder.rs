@@ -1,0 +1,174 @@
+//! Island by island, and up a ladder of solvers: each island goes to the first solver, and on to the next while
+//! the residual is above the tolerance; the best impulses of all stages are kept. An island where nothing presses
+//! is done without any solver. With one rung this is "solve per island". Knows no method.
+
+use crate::impulse_solver::{ImpulseSolver, SolveSettings, SolverKind};
+use crate::islands::{Islands, Part};
+use crate::outcome::{IslandReport, Outcome, StageReport, Stop};
+use crate::problem::{ContactProblem, Impulse, Impulses};
+use crate::residual::{Entry, Residual, residual};
+use crate::watch::{Watch, unwatched};
+use carom_math::{Column, Space};
+
+/// The ladder; holds memory between solves and the solvers' own.
+pub struct Ladder<S: Space> {
+    name: &'static str,
+    rungs: Vec<(SolverKind, Box<dyn ImpulseSolver<S>>)>,
+    islands: Islands,
+    part: Part<S>,
+    best: Impulses<S>,
+    given: Impulses<S>,
+}
+
+impl<S: Space> Ladder<S> {
+    /// A ladder under a name, weakest solver first; at least one.
+    pub fn new(name: &'static str, kinds: &[SolverKind]) -> Self {
+        Ladder {
+            name,
+            rungs: kinds.iter().map(|k| (*k, k.make())).collect(),
+            islands: Islands::default(),
+            part: Part::default(),
+            best: Impulses { contacts: Vec::new(), rows: Vec::new() },
+            given: Impulses { contacts: Vec::new(), rows: Vec::new() },
+        }
+    }
+
+    /// Solves the island that was taken out, and reports; the best impulses are in the part afterwards.
+    fn climb(&mut self, settings: &SolveSettings, watch: &mut Watch) -> (Vec<StageReport>, Residual, Stop) {
+        let mut stages: Vec<StageReport> = Vec::new();
+        let mut found: Option<(Residual, Stop)> = None;
+        let part = &mut self.part;
+        for (kind, solver) in &mut self.rungs {
+            let outcome = solver.solve_watched(&part.problem, settings, &mut part.impulses, watch);
+            let (residual, stop) = (outcome.residual, outcome.stop);
+            stages.push(StageReport {
+                solver: *kind,
+                iterations: outcome.iterations,
+                residual: residual.absolute,
+                stop: stop.clone(),
+            });
+            let is_refused = matches!(stop, Stop::Refused(_));
+            let is_better = !is_refused
+                && found.as_ref().is_none_or(|(before, _)| {
+                    before.absolute.is_nan() || residual.absolute <= before.absolute
+                });
+            if is_better {
+                self.best.copy_from(&part.impulses);
+                found = Some((residual, stop.clone()));
+            } else if found.is_some() {
+                // what a refusal or a worse answer leaves is not the start of the next stage
+                part.impulses.copy_from(&self.best);
+            }
+            if stop == Stop::Interrupted {
+                let residual = found.map_or(residual, |(residual, _)| residual);
+                return (stages, residual, Stop::Interrupted);
+            }
+            if !is_refused && residual.absolute <= settings.tolerance {
+                break;
+            }
+        }
+        match found {
+            Some((residual, stop)) => (stages, residual, stop),
+            None => {
+                let last = stages.last().map(|s| s.stop.clone()).unwrap_or(Stop::Converged);
+                (stages, residual(&part.problem, &part.impulses), last)
+            }
+        }
+    }
+
+    /// The report of the island that was taken out, in the numbers of the whole problem.
+    fn report(&self, island: usize, stages: Vec<StageReport>, residual: &Residual) -> IslandReport {
+        let (contacts, rows) = (self.islands.contacts(island), self.islands.rows(island));
+        let (bodies, first_body) = self.islands.bodies(island);
+        IslandReport {
+            contacts: contacts.len(),
+            rows: rows.len(),
+            bodies,
+            first_body,
+            residual: residual.absolute,
+            relative_residual: residual.relative,
+            worst: residual.worst.map(|entry| match entry {
+                Entry::Contact(k) => Entry::Contact(contacts[k]),
+                Entry::Row(k) => Entry::Row(rows[k]),
+            }),
+            stages,
+        }
+    }
+
+    /// A refusal of one island as one of the whole problem.
+    fn located(&self, island: usize, reason: &str) -> String {
+        if self.islands.count() == 1 {
+            return reason.into();
+        }
+        let contacts = self.islands.contacts(island);
+        let first =
+            contacts.first().map_or(String::new(), |k| format!(", the first of which is contact {k}"));
+        format!("{reason} (contacts are counted within an island of {}{first})", contacts.len())
+    }
+}
+
+/// True where no impulse is called for: every contact leaves at least as fast as its target asks.
+fn is_idle<S: Space>(problem: &ContactProblem<S>, islands: &Islands, island: usize) -> bool {
+    islands.rows(island).is_empty()
+        && islands.contacts(island).iter().all(|&k| {
+            let c = &problem.contacts[k];
+            let u = problem.velocities[c.a].at(c.arm_a) - problem.velocities[c.b].at(c.arm_b);
+            u.dot(c.normal) >= c.target
+        })
+}
+
+impl<S: Space> ImpulseSolver<S> for Ladder<S> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+    fn solve(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+    ) -> Outcome {
+        self.solve_watched(problem, settings, impulses, &mut unwatched)
+    }
+    fn solve_watched(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+        watch: &mut Watch,
+    ) -> Outcome {
+        impulses.fit(problem);
+        if problem.scalar_rows() == 0 {
+            return Outcome::nothing_to_do();
+        }
+        self.given.copy_from(impulses);
+        self.islands.update(problem);
+        let mut outcome = Outcome::nothing_to_do();
+        for island in 0..self.islands.count() {
+            if is_idle(problem, &self.islands, island) {
+                self.islands.contacts(island).iter().for_each(|&k| impulses.contacts[k] = Impulse::default());
+                continue;
+            }
+            self.part.take(problem, impulses, &self.islands, island);
+            let (stages, residual, stop) = self.climb(settings, watch);
+            self.part.give(impulses, &self.islands, island);
+            outcome.iterations += stages.iter().map(|s| s.iterations).sum::<usize>();
+            outcome.islands.push(self.report(island, stages, &residual));
+            match stop {
+                Stop::Interrupted => outcome.stop = stop,
+                Stop::Refused(reason) => {
+                    // a problem is solved or refused as a whole
+                    impulses.copy_from(&self.given);
+                    outcome.stop = Stop::Refused(self.located(island, &reason));
+                }
+                _ => continue,
+            }
+            break;
+        }
+        // measured anew on the whole: what the islands said of themselves is not taken on trust
+        outcome.residual = residual(problem, impulses);
+        if outcome.stop == Stop::Converged && outcome.residual.absolute > settings.tolerance {
+            outcome.stop = Stop::OutOfIterations;
+        }
+        outcome
+    }
+}
