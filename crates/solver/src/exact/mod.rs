@@ -11,6 +11,7 @@ pub(crate) mod judge;
 pub(crate) mod lane;
 pub(crate) mod local;
 mod newton;
+mod operator;
 mod proximal;
 mod scaled;
 mod stage;
