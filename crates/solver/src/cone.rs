@@ -50,7 +50,7 @@ pub fn nearest_normal(normal: f64, sizes: &[f64], friction: f64) -> f64 {
 }
 
 /// One projected gradient step of a contact with De Saxce's shift: the point of the friction cone nearest to
-/// (g_n - t m_n (u_n - target + mu |u_t|), g_t - t m_t u_t), nearest in the metric 1/m (theory eqs. 7.2 and 7.3).
+/// (g_n - t m_n (u_n - target + mu |u_t|), g_t - t m_t u_t), nearest in the metric 1/m (theory eqs. 5.36 and 5.37).
 #[inline]
 pub fn project_step<S: Space>(
     c: &PreparedContact<S>,
