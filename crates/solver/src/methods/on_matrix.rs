@@ -6,8 +6,7 @@ use crate::cone_matrix::spectral_norm;
 use crate::exact::blocks::Blocks;
 use crate::exact::judge::errors;
 use crate::exact::lane::padded;
-use crate::exact::local::solve_contact;
-use crate::exact::sweeps::velocities;
+use crate::exact::sweeps::{sweep, velocities};
 use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::methods::first_order::{Budget, End, FirstOrder, Memory, Method, Point};
@@ -127,7 +126,7 @@ struct Step {
 
 impl Step {
     fn of<const D: usize>(blocks: &Blocks<D>, contact: usize) -> Self {
-        let w = blocks.diagonal_matrix(contact);
+        let w = blocks.diagonal[contact];
         let normal = if w[0][0] > 0.0 { w[0][0] } else { blocks.norms[contact] };
         let tangential = match D {
             1 => normal,
@@ -149,21 +148,7 @@ impl<const D: usize> FirstOrder for Rows<'_, D> {
     const SWEEPS_KEEP_VELOCITIES: bool = false;
 
     fn sweep(&self, at: &mut RowPoint<D>) -> f64 {
-        let (blocks, r) = (self.blocks, &mut at.impulses);
-        let mut change: f64 = 0.0;
-        for i in 0..blocks.count() {
-            let mut b = blocks.row_times(i, r, true);
-            for k in 0..D {
-                b[k] += blocks.velocity[i][k];
-            }
-            let new = solve_contact(blocks.diagonal_block(i), &b, blocks.friction[i], &r[i]);
-            let squared: f64 = (0..D).map(|k| (new[k] - r[i][k]) * (new[k] - r[i][k])).sum();
-            r[i] = new;
-            let moved = squared.sqrt() * blocks.norms[i];
-            // what is no number must not vanish in a comparison
-            change = if moved > change || moved.is_nan() { moved } else { change };
-        }
-        change
+        sweep(self.blocks, &mut at.impulses, &mut [])
     }
 
     fn descend(&self, from: &RowPoint<D>, step: f64, to: &mut RowPoint<D>) {
@@ -177,7 +162,7 @@ impl<const D: usize> FirstOrder for Rows<'_, D> {
                 new[k] -= step / m.tangential * u[k];
             }
             let size = length(&new[1..]);
-            new[0] = nearest_normal(lowered, &[stretch * size], stretch * mu);
+            new[0] = nearest_normal(lowered, &[(stretch * size, stretch * mu)]);
             let limit = mu * new[0];
             let shrink = if size > limit { limit / size } else { 1.0 };
             new[1..].iter_mut().for_each(|t| *t *= shrink);
@@ -188,7 +173,7 @@ impl<const D: usize> FirstOrder for Rows<'_, D> {
 
     fn refresh(&self, at: &mut RowPoint<D>) {
         at.velocities.resize(at.impulses.len(), [0.0; D]);
-        velocities(self.blocks, &at.impulses, &mut at.velocities);
+        velocities(self.blocks, &at.impulses, &mut at.velocities, &mut Vec::new());
     }
 
     fn product(&self, [x, y]: [&RowPoint<D>; 2], [z, w]: [&RowPoint<D>; 2]) -> f64 {
