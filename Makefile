@@ -7,13 +7,14 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench docs wheel test-rust test-python clean
+.PHONY: help demo test check bench bench-contact bench-contact-peers bench-contact-own bench-contact-stress docs wheel test-rust test-python clean
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings and plots to out/"
 	@echo "make test    set up, run all tests"
 	@echo "make check   formatting, lints as errors, types"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
+	@echo "make bench-contact    contact solvers beside Siconos and Pinocchio on public problems, as ratios"
 	@echo "make docs    documentation of the Rust crates, and a check of the pages"
 
 # --- set-up: a stamp per step, so that nothing runs twice and nothing needs the network twice ---
@@ -57,12 +58,49 @@ test-python: $(VENV)/package
 check: $(VENV)/tools
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
-	$(BIN)/ruff format --check python tests tools examples
-	$(BIN)/ruff check python tests tools examples
+	$(BIN)/ruff format --check python tests tools examples crates/bench/contact
+	$(BIN)/ruff check python tests tools examples crates/bench/contact
 	$(BIN)/mypy
 
 bench:
 	$(CARGO) run --release --locked --manifest-path crates/bench/Cargo.toml --
+
+# contact solvers on the problems of a folder, beside what can be installed here; CAROM_CONTACT_PROBLEMS names it
+CAROM_CONTACT_PROBLEMS ?= ../shared/contact_problems
+PROBLEMS ?= *
+TOLERANCES ?= 1e-4,1e-8
+SOLVERS ?=
+REFERENCES ?= siconos,pinocchio
+BENCH := crates/bench
+PEERS := $(BENCH)/target/peers
+CONTACT := $(BENCH)/target/release/carom-contact
+
+bench-contact-peers: $(VENV)/made
+	PYTHON=$(abspath $(BIN)/python) sh $(BENCH)/contact/setup.sh $(PEERS)
+
+$(CONTACT): FORCE
+	$(CARGO) build --quiet --release --locked --manifest-path $(BENCH)/Cargo.toml --package carom-bench-contact
+.PHONY: FORCE
+FORCE:
+
+bench-contact: $(VENV)/tools $(CONTACT) $(if $(filter none,$(REFERENCES)),,bench-contact-peers)
+	PYTHONPATH=$(BENCH)/contact $(BIN)/python -m bench_contact "$(CAROM_CONTACT_PROBLEMS)" --problems "$(PROBLEMS)" \
+	  --tolerances "$(TOLERANCES)" --solvers "$(SOLVERS)" --references "$(REFERENCES)" --peers "$(abspath $(PEERS))" \
+	  --ours "$(abspath $(CONTACT))" --out $(BENCH)/results $(BENCH_CONTACT_FLAGS)
+
+# our own problems: mass ratios, arches, cards, tables by every solver; cost against size
+LARGEST ?= 100000
+LIMIT ?= 60
+bench-contact-own: $(CONTACT)
+	$(CONTACT) structures --out $(BENCH)/results $(if $(SOLVERS),--solvers $(SOLVERS))
+	$(CONTACT) scaling --out $(BENCH)/results --largest $(LARGEST) --limit $(LIMIT) $(if $(SOLVERS),--solvers $(SOLVERS))
+
+# random impulses and friction on the problems of the folder and on our own small ones
+SEEDS ?= 1
+bench-contact-stress: $(VENV)/tools $(CONTACT)
+	PYTHONPATH=$(BENCH)/contact $(BIN)/python -m bench_contact.flatten "$(CAROM_CONTACT_PROBLEMS)" $(BENCH)/target/flat
+	$(CONTACT) stress --folder $(BENCH)/target/flat --seeds $(SEEDS) --out $(BENCH)/results \
+	  $(if $(SOLVERS),--solvers $(SOLVERS))
 
 docs: $(VENV)/package
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps

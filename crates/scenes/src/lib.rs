@@ -4,6 +4,7 @@
 pub mod catalogue;
 pub mod chance;
 pub mod constrained;
+pub mod contact_problems;
 pub mod dominoes;
 pub mod falling;
 pub mod pouring;

@@ -99,7 +99,7 @@ fn resisting<S: Space>(random: &mut Random, contacts: usize) -> ContactProblem<S
 fn solvers_agree_and_moments_oppose<S: Space>() {
     let mut random = Random::new(91);
     let mut opposed = 0;
-    for _ in 0..15 {
+    for _ in 0..25 {
         let problem = resisting::<S>(&mut random, 8);
         let wanted = problem.velocities_after(&solved(&problem, SolverKind::Pgs, 1e-12));
         for kind in KNOWING {
