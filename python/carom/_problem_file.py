@@ -1,8 +1,8 @@
 """Contact problems as files: JSON as it stands, or HDF5 with one dataset per column and its unit.
 
 Layout of the HDF5 form: attributes format, schema_version, space, friction_law; /names; groups
-/inverse_masses (linear, angular), /velocities (linear, angular), /contacts and /rows (a column for each
-field). Knows no physics.
+/inverse_masses (linear, angular), /velocities (linear, angular), /contacts, /rows and, where there are any,
+/resistances (a column for each field). Knows no physics.
 """
 
 from __future__ import annotations

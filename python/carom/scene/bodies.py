@@ -186,7 +186,8 @@ class BodyCommon(Strict):
         default=None, description="Friction coefficient (Coulomb) [1]; the material's, else 0.5."
     )
     rolling_friction: NotNegative | None = Field(
-        default=None, description="Largest moment against rolling per normal force [m]; the material's, else 0."
+        default=None,
+        description="Largest moment against rolling per normal force [m]; the material's, else 0.",
     )
     spinning_friction: NotNegative | None = Field(
         default=None,
