@@ -63,7 +63,14 @@ def body_arguments(given: Mapping[str, Any], space: Space) -> tuple[dict[str, An
     return {**arguments, **_mass(given, space, table, name)}, table
 
 
-_COEFFICIENTS = {"friction": "1", "restitution": "1", "linear_damping": "1/s", "angular_damping": "1/s"}
+_COEFFICIENTS = {
+    "friction": "1",
+    "rolling_friction": "m",
+    "spinning_friction": "m",
+    "restitution": "1",
+    "linear_damping": "1/s",
+    "angular_damping": "1/s",
+}
 
 
 def _check_obstacle(given: Mapping[str, Any], kind: str, table: Any, name: str) -> None:

@@ -84,6 +84,16 @@ class Body:
         return float(self._constant("friction"))
 
     @property
+    def rolling_friction(self) -> float:
+        """Largest moment against rolling per normal force [m]."""
+        return float(self._constant("rolling_friction"))
+
+    @property
+    def spinning_friction(self) -> float:
+        """Largest moment about a contact's normal per normal force [m]; without effect in the plane."""
+        return float(self._constant("spinning_friction"))
+
+    @property
     def restitution(self) -> float:
         """Coefficient of restitution [1]."""
         return float(self._constant("restitution"))

@@ -1,8 +1,8 @@
 """Contact problems as files: JSON as it stands, or HDF5 with one dataset per column and its unit.
 
 Layout of the HDF5 form: attributes format, schema_version, space, friction_law; /names; groups
-/inverse_masses (linear, angular), /velocities (linear, angular), /contacts and /rows (a column for each
-field). Knows no physics.
+/inverse_masses (linear, angular), /velocities (linear, angular), /contacts, /rows and, where there are any,
+/resistances (a column for each field). Knows no physics.
 """
 
 from __future__ import annotations
@@ -29,10 +29,13 @@ _UNITS = {
     "contacts/arm_b": "m",
     "contacts/gap": "m",
     "contacts/target": "m/s",
+    "resistances/rolling": "m",
+    "resistances/spinning": "m",
 }
 _CONTACTS = ("id", "a", "b", "normal", "arm_a", "arm_b", "gap", "target", "restitution", "friction")
 _ROWS = ("id", "a", "b", "target", "lo", "hi")
-_WHOLE = ("id", "a", "b")
+_RESISTANCES = ("contact", "rolling", "spinning")
+_WHOLE = ("id", "a", "b", "contact")
 
 
 def write_problem(path: Path, table: dict[str, Any]) -> None:
@@ -115,6 +118,9 @@ def _write_hdf5(path: Path, table: dict[str, Any]) -> None:
                 f"rows/{name}",
                 [float(r[name]) if name in ("lo", "hi") else r[name] for r in table["rows"]],
             )
+        # absent where no contact has rolling or spinning friction: the layout of old files
+        for name in _RESISTANCES if table.get("resistances") else ():
+            _column(file, f"resistances/{name}", [r[name] for r in table["resistances"]])
         for side in ("on_a", "on_b"):
             _column(
                 file,
@@ -151,6 +157,8 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
         masses = zip(column("inverse_masses/linear"), column("inverse_masses/angular"), strict=True)
         contacts = zip(*(column(f"contacts/{name}") for name in _CONTACTS), strict=True)
         rows = zip(*(column(f"rows/{name}") for name in (*_ROWS, "on_a", "on_b")), strict=True)
+        found = "resistances" in file
+        resistances = zip(*(column(f"resistances/{name}") for name in _RESISTANCES if found), strict=True)
         dimension = len(file["velocities/linear"][:1].reshape(-1)) or (
             2 if file.attrs["space"] == "planar" else 3
         )
@@ -164,6 +172,7 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
             "velocities": twists("velocities"),
             "contacts": [dict(zip(_CONTACTS, values, strict=True)) for values in contacts],
             "rows": [_row(values, dimension) for values in rows],
+            "resistances": [dict(zip(_RESISTANCES, values, strict=True)) for values in resistances],
         }
 
 

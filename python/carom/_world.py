@@ -143,6 +143,8 @@ class World(Judged):
         velocity: Any = None,
         angular_velocity: Any = None,
         friction: float = 0.5,
+        rolling_friction: float = 0.0,
+        spinning_friction: float = 0.0,
         restitution: float = 0.0,
         linear_damping: float = 0.0,
         angular_damping: float = 0.0,
@@ -169,6 +171,9 @@ class World(Judged):
         rotation : angle [rad] or [cos, sin] | quaternion [w, x, y, z]
         velocity, angular_velocity : (d,) [m/s] of the centre of mass; float | (3,) [rad/s], world axes
         friction, restitution : coefficients [1]
+        rolling_friction, spinning_friction : largest moment against rolling, and about the normal, per normal
+            force [m]; a contact takes the larger of its two bodies'; spinning has no effect in the plane. Source:
+            Coulomb's law for moments (theory eqs. 3.24 to 3.26); solved by "pgs", "nncg" and "apgd"
         linear_damping, angular_damping : decay rates [1/s]
         collision_groups, collision_mask : groups as bits; two bodies collide when each one's groups meet the
             other's mask
@@ -194,6 +199,8 @@ class World(Judged):
         origin: Any = None,
         rotation: Any = None,
         friction: float = 0.5,
+        rolling_friction: float = 0.0,
+        spinning_friction: float = 0.0,
         restitution: float = 0.0,
         collision_groups: int = 1,
         collision_mask: int = 0xFFFF_FFFF,
@@ -217,6 +224,8 @@ class World(Judged):
         origin: Any = None,
         rotation: Any = None,
         friction: float = 0.5,
+        rolling_friction: float = 0.0,
+        spinning_friction: float = 0.0,
         restitution: float = 0.0,
         collision_groups: int = 1,
         collision_mask: int = 0xFFFF_FFFF,

@@ -14,6 +14,7 @@ mod friction;
 mod impacts;
 mod ledger;
 mod robustness;
+mod rolling;
 mod rotation;
 mod slices;
 mod snapshots;

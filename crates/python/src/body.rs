@@ -90,6 +90,8 @@ pub fn constants<'py, S: Geometry>(
     dict.set_item("kind", arguments::kind_name(data.kind))?;
     dict.set_item("mass_properties", arguments::plain_mass(&data.mass_properties))?;
     dict.set_item("friction", data.friction)?;
+    dict.set_item("rolling_friction", data.rolling_friction)?;
+    dict.set_item("spinning_friction", data.spinning_friction)?;
     dict.set_item("restitution", data.restitution)?;
     dict.set_item("linear_damping", data.linear_damping)?;
     dict.set_item("angular_damping", data.angular_damping)?;

@@ -8,6 +8,7 @@ use crate::islands::{Islands, Part};
 use crate::prepared::{Prepared, PreparedContact};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use crate::residual::{Entry, residual_of, velocity_scale};
+use crate::resistance::Part as MomentPart;
 use carom_math::{Column, Inertia, Space};
 use serde::{Deserialize, Serialize};
 
@@ -83,6 +84,11 @@ impl Certificate {
         }
         for (row, l) in problem.rows.iter().zip(&impulses.rows) {
             certificate.cone_violation = certificate.cone_violation.max(row.lo - l).max(l - row.hi);
+        }
+        for (r, m) in prepared.resistances.iter().zip(&impulses.moments) {
+            let normal = impulses.contacts[r.contact].normal;
+            let excess = |p: &MomentPart| (p.size::<S>(*m) - p.limit * normal.max(0.0)) / p.length;
+            certificate.cone_violation = r.parts().map(excess).fold(certificate.cone_violation, f64::max);
         }
         certificate.add_energy(problem, &prepared, impulses, &after);
         certificate
@@ -175,6 +181,19 @@ impl Certificate {
                 if is_fixed(body) {
                     work -= l * on.dot(&before[body]);
                 }
+            }
+        }
+        for (r, m) in prepared.resistances.iter().zip(&impulses.moments) {
+            let (w0, w1) = (r.spin(before), r.spin(after));
+            work += 0.5 * m.dot(w0 + w1);
+            self.energy_turned_over += 0.5 * (m.dot(w0).abs() + m.dot(w1).abs());
+            let contact = &problem.contacts[r.contact];
+            let world = contact.moment_to_world(*m);
+            if is_fixed(contact.b) {
+                work += world.dot(before[contact.b].angular);
+            }
+            if is_fixed(contact.a) {
+                work -= world.dot(before[contact.a].angular);
             }
         }
         self.energy_identity = self.energy_change - work;

@@ -28,7 +28,26 @@ pub fn check<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {
     }
     check_bodies(p)?;
     check_contacts(p)?;
-    check_rows(p)
+    check_rows(p)?;
+    check_resistances(p)
+}
+
+fn check_resistances<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {
+    let mut next = 0;
+    for (i, r) in p.resistances.iter().enumerate() {
+        let at = |field: &str| format!("resistances[{i}].{field}");
+        if r.contact < next || r.contact >= p.contacts.len() {
+            let problem = format!("{} of {} contacts", r.contact, p.contacts.len());
+            return refuse(at("contact"), problem, "name contacts that exist, each once, in ascending order");
+        }
+        next = r.contact + 1;
+        for (field, value) in [("rolling", r.rolling), ("spinning", r.spinning)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return refuse(at(field), format!("got {value}"), "give a finite length >= 0");
+            }
+        }
+    }
+    Ok(())
 }
 
 fn check_bodies<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {

@@ -154,5 +154,6 @@ pub fn targets<S: Space>(problem: &ContactProblem<S>) -> Vec<f64> {
         all.extend(std::iter::repeat_n(0.0, S::SLIP));
     }
     all.extend(problem.rows.iter().map(|r| r.target));
+    all.resize(problem.scalar_rows(), 0.0);
     all
 }

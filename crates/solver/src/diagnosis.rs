@@ -109,7 +109,8 @@ fn condition<S: Space>(problem: &ContactProblem<S>, impulses: &Impulses<S>) -> f
     let work = Impulses::zero(problem);
     let mut operator = Operator { problem, prepared: Prepared::of(problem), pressed, work };
     // a start without structure (fractional parts of multiples of the golden ratio), moved into the range of W
-    let n = problem.scalar_rows();
+    // moments are left out: they press nothing
+    let n = problem.contacts.len() * (1 + S::SLIP) + problem.rows.len();
     let start: Vec<f64> = (1..=n).map(|k| (k as f64 * 0.618_033_988_749_894_9).fract() - 0.5).collect();
     let start = operator.times(&start);
     let (diagonal, off) = tridiagonal(&mut operator, start);

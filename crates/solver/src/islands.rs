@@ -2,6 +2,7 @@
 //! not move, so nothing passes through them, and each island can be solved by itself. Knows no velocities.
 
 use crate::problem::{ContactProblem, Impulses};
+use crate::resistance::Resistance;
 use carom_math::Space;
 
 /// A partition of bodies; the smallest index of a set stands for it, in whatever order pairs were joined.
@@ -160,6 +161,8 @@ pub struct Part<S: Space> {
     pub impulses: Impulses<S>,
     /// Body of the whole problem for each of its bodies.
     pub bodies: Vec<usize>,
+    /// Resistance of the whole problem for each of its resistances.
+    resistances: Vec<usize>,
     /// Where each body of the whole problem went, and in which extraction.
     place: Vec<(usize, usize)>,
     extraction: usize,
@@ -169,7 +172,14 @@ impl<S: Space> Default for Part<S> {
     fn default() -> Self {
         let problem = ContactProblem::new(Vec::new(), Vec::new());
         let impulses = Impulses::zero(&problem);
-        Part { problem, impulses, bodies: Vec::new(), place: Vec::new(), extraction: 0 }
+        Part {
+            problem,
+            impulses,
+            bodies: Vec::new(),
+            resistances: Vec::new(),
+            place: Vec::new(),
+            extraction: 0,
+        }
     }
 }
 
@@ -185,19 +195,28 @@ impl<S: Space> Part<S> {
         self.extraction += 1;
         self.place.resize(whole.inverse_masses.len(), (0, 0));
         self.bodies.clear();
+        self.resistances.clear();
         let part = &mut self.problem;
         part.friction_law = whole.friction_law;
         part.inverse_masses.clear();
         part.velocities.clear();
         part.contacts.clear();
         part.rows.clear();
+        part.resistances.clear();
         self.impulses.contacts.clear();
         self.impulses.rows.clear();
+        self.impulses.moments.clear();
         for &k in islands.contacts(island) {
             let mut contact = whole.contacts[k];
             (contact.a, contact.b) = (self.place(whole, contact.a), self.place(whole, contact.b));
             self.problem.contacts.push(contact);
             self.impulses.contacts.push(impulses.contacts[k]);
+            if let Ok(at) = whole.resistances.binary_search_by_key(&k, |r| r.contact) {
+                let contact = self.problem.contacts.len() - 1;
+                self.problem.resistances.push(Resistance { contact, ..whole.resistances[at] });
+                self.impulses.moments.push(impulses.moments[at]);
+                self.resistances.push(at);
+            }
         }
         for &k in islands.rows(island) {
             let mut row = whole.rows[k];
@@ -223,6 +242,9 @@ impl<S: Space> Part<S> {
         }
         for (&k, &l) in islands.rows(island).iter().zip(&self.impulses.rows) {
             impulses.rows[k] = l;
+        }
+        for (&k, &m) in self.resistances.iter().zip(&self.impulses.moments) {
+            impulses.moments[k] = m;
         }
     }
 }

@@ -24,6 +24,7 @@ pub mod outcome;
 pub mod prepared;
 pub mod problem;
 pub mod residual;
+pub mod resistance;
 pub mod watch;
 
 pub use certificate::Certificate;
@@ -39,4 +40,5 @@ pub use problem::{
     BoundedRow, Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, ProblemError, Twist,
 };
 pub use residual::{Entry, Residual, residual};
+pub use resistance::Resistance;
 pub use watch::{Progress, Watch, unwatched};

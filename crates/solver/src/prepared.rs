@@ -3,6 +3,7 @@
 //! two twists: a sweep is bound by the memory it reads. Knows no solver.
 
 use crate::problem::{Contact, ContactProblem, Impulse, Impulses, InverseMass, Twist};
+use crate::resistance::PreparedResistance;
 use carom_math::{Column, Inertia, Space};
 
 /// One scalar row of J in full, with what a solver needs of it.
@@ -236,6 +237,8 @@ pub struct Prepared<S: Space> {
     pub contacts: Vec<PreparedContact<S>>,
     /// The bounded rows.
     pub rows: Vec<Row<S>>,
+    /// Rolling and spinning friction.
+    pub resistances: Vec<PreparedResistance<S>>,
 }
 
 impl<S: Space> Prepared<S> {
@@ -246,10 +249,13 @@ impl<S: Space> Prepared<S> {
         self.contacts.extend(problem.contacts.iter().map(|c| PreparedContact::new(c, masses)));
         self.rows.clear();
         self.rows.extend(problem.rows.iter().map(|r| Row::new(r.a, r.b, r.on_a, r.on_b, masses)));
+        self.resistances.clear();
+        let ready = |r| PreparedResistance::new(r, problem, &self.contacts[r.contact]);
+        self.resistances.extend(problem.resistances.iter().map(ready));
     }
     /// A prepared problem.
     pub fn of(problem: &ContactProblem<S>) -> Self {
-        let mut prepared = Prepared { contacts: Vec::new(), rows: Vec::new() };
+        let mut prepared = Prepared { contacts: Vec::new(), rows: Vec::new(), resistances: Vec::new() };
         prepared.update(problem);
         prepared
     }
@@ -262,6 +268,9 @@ impl<S: Space> Prepared<S> {
         }
         for (r, &l) in self.rows.iter().zip(&impulses.rows) {
             r.apply(l, v);
+        }
+        for (r, &m) in self.resistances.iter().zip(&impulses.moments) {
+            r.apply(m, v);
         }
     }
     /// J u - target of every scalar row after the impulses, in the order of `Impulses::flat`; tangential
@@ -278,9 +287,11 @@ impl<S: Space> Prepared<S> {
         errors.extend(
             self.rows.iter().zip(&problem.rows).map(|(row, given)| row.velocity(&after) - given.target),
         );
+        self.resistances.iter().for_each(|r| errors.extend_from_slice(r.spin(&after).as_slice()));
         errors
     }
-    /// All scalar rows in the problem's order: contacts (normal, tangents), then bounded rows.
+    /// All scalar rows in the problem's order: contacts (normal, tangents), then bounded rows, then
+    /// moments.
     pub fn scalar_rows(&self, masses: &[InverseMass<S>]) -> Vec<Row<S>> {
         let mut all = Vec::with_capacity(self.contacts.len() * (1 + S::SLIP) + self.rows.len());
         for c in &self.contacts {
@@ -288,6 +299,10 @@ impl<S: Space> Prepared<S> {
             all.extend(c.tangents.iter().take(S::SLIP).map(|t| t.full(masses)));
         }
         all.extend_from_slice(&self.rows);
+        for (a, b, axis) in self.resistances.iter().flat_map(PreparedResistance::rows) {
+            let turning = |axis| Twist::new(S::Vector::ZERO, axis);
+            all.push(Row::new(a, b, turning(axis), turning(-axis), masses));
+        }
         all
     }
 }

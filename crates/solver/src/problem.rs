@@ -2,6 +2,7 @@
 //! 0 <= gamma_n _|_ u_n - target >= 0, friction opposite to the slip inside its limit, and bounded rows,
 //! with u = J (v + M^-1 J^T gamma) (theory chapter 5). Knows no shapes, no world and no clock.
 
+use crate::resistance::Resistance;
 use carom_math::{Column, Inertia, Space};
 use serde::{Deserialize, Serialize};
 
@@ -146,12 +147,16 @@ pub struct Impulses<S: Space> {
     pub contacts: Vec<Impulse<S>>,
     /// One per bounded row.
     pub rows: Vec<f64>,
+    /// One per resistance, in the contact's frame: about the normal, then the tangents; in the plane one number
+    /// \[N m s\].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moments: Vec<S::Spin>,
 }
 
 impl<S: Space> Impulses<S> {
     /// Zero impulses for a problem.
     pub fn zero(problem: &ContactProblem<S>) -> Self {
-        let mut zero = Impulses { contacts: Vec::new(), rows: Vec::new() };
+        let mut zero = Impulses { contacts: Vec::new(), rows: Vec::new(), moments: Vec::new() };
         zero.reset(problem);
         zero
     }
@@ -161,10 +166,15 @@ impl<S: Space> Impulses<S> {
         self.contacts.resize(problem.contacts.len(), Impulse::default());
         self.rows.clear();
         self.rows.resize(problem.rows.len(), 0.0);
+        self.moments.clear();
+        self.moments.resize(problem.resistances.len(), S::Spin::ZERO);
     }
     /// Makes these fit a problem: impulses counted for another problem are no warm start and become zero.
     pub fn fit(&mut self, problem: &ContactProblem<S>) {
-        if self.contacts.len() != problem.contacts.len() || self.rows.len() != problem.rows.len() {
+        let fits = self.contacts.len() == problem.contacts.len()
+            && self.rows.len() == problem.rows.len()
+            && self.moments.len() == problem.resistances.len();
+        if !fits {
             self.reset(problem);
         }
     }
@@ -172,20 +182,26 @@ impl<S: Space> Impulses<S> {
     pub fn copy_from(&mut self, other: &Self) {
         self.contacts.clone_from(&other.contacts);
         self.rows.clone_from(&other.rows);
+        self.moments.clone_from(&other.moments);
     }
     /// True when no impulse is infinite or NaN.
     pub fn is_finite(&self) -> bool {
         self.contacts.iter().all(|c| c.normal.is_finite() && c.tangent.is_finite())
             && self.rows.iter().all(|l| l.is_finite())
+            && self.moments.iter().all(|m| m.is_finite())
     }
-    /// All numbers in the order of the problem's scalar rows: contacts (normal, tangents), then rows.
+    /// All numbers in the order of the problem's scalar rows: contacts (normal, tangents), then rows,
+    /// then moments.
     pub fn flat(&self) -> Vec<f64> {
-        let mut out = Vec::with_capacity(self.contacts.len() * (1 + S::SLIP) + self.rows.len());
+        let mut out = Vec::with_capacity(
+            self.contacts.len() * (1 + S::SLIP) + self.rows.len() + self.moments.len() * S::SPIN,
+        );
         for c in &self.contacts {
             out.push(c.normal);
             out.extend_from_slice(c.tangent.as_slice());
         }
         out.extend_from_slice(&self.rows);
+        self.moments.iter().for_each(|m| out.extend_from_slice(m.as_slice()));
         out
     }
     /// The inverse of `flat`; `None` when the length differs from the problem's.
@@ -199,7 +215,9 @@ impl<S: Space> Impulses<S> {
             .chunks_exact(width)
             .map(|c| Impulse { normal: c[0], tangent: S::Slip::from_fn(|k| c[1 + k]) })
             .collect();
-        Some(Impulses { contacts, rows: values[split..].to_vec() })
+        let (rows, moments) = values[split..].split_at(problem.rows.len());
+        let moments = moments.chunks_exact(S::SPIN).map(|m| S::Spin::from_fn(|k| m[k])).collect();
+        Some(Impulses { contacts, rows: rows.to_vec(), moments })
     }
 }
 
@@ -217,6 +235,9 @@ pub struct ContactProblem<S: Space> {
     pub contacts: Vec<Contact<S>>,
     /// The general rows.
     pub rows: Vec<BoundedRow<S>>,
+    /// Rolling and spinning friction of those contacts that have it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub resistances: Vec<Resistance>,
     /// How friction is limited.
     pub friction_law: FrictionLaw,
 }
@@ -242,12 +263,13 @@ impl<S: Space> ContactProblem<S> {
             velocities,
             contacts: Vec::new(),
             rows: Vec::new(),
+            resistances: Vec::new(),
             friction_law: FrictionLaw::Disc,
         }
     }
-    /// Number of scalar unknowns: (1 + SLIP) per contact plus one per bounded row.
+    /// Number of scalar unknowns: (1 + SLIP) per contact, one per bounded row, SPIN per resistance.
     pub fn scalar_rows(&self) -> usize {
-        self.contacts.len() * (1 + S::SLIP) + self.rows.len()
+        self.contacts.len() * (1 + S::SLIP) + self.rows.len() + self.resistances.len() * S::SPIN
     }
     /// Velocities after the impulses: v + M^-1 J^T gamma (theory eq. 5.4).
     pub fn velocities_after(&self, impulses: &Impulses<S>) -> Vec<Twist<S>> {
@@ -267,6 +289,12 @@ impl<S: Space> ContactProblem<S> {
         for (row, &impulse) in self.rows.iter().zip(&impulses.rows) {
             velocities[row.a].add_scaled(&self.inverse_masses[row.a].apply(&row.on_a), impulse);
             velocities[row.b].add_scaled(&self.inverse_masses[row.b].apply(&row.on_b), impulse);
+        }
+        for (resistance, &moment) in self.resistances.iter().zip(&impulses.moments) {
+            let contact = &self.contacts[resistance.contact];
+            let world = contact.moment_to_world(moment);
+            velocities[contact.a].angular += self.inverse_masses[contact.a].angular.apply(world);
+            velocities[contact.b].angular -= self.inverse_masses[contact.b].angular.apply(world);
         }
     }
     /// Checks every index and number of a problem that came from outside.

@@ -2,7 +2,8 @@
 //! 5.34). It is zero exactly at the solutions. Knows no solver.
 //! normal: |g_n - max(0, g_n - m_n (u_n - target))| / m_n with m_n = 1/W_nn;
 //! tangential: |g_t - P(g_t - m_t u_t)| / m_t with P the friction projection at mu g_n, m_t = 1/lambda_max(W_tt);
-//! bounded row: |l - clamp(l - m (J u - target), lo, hi)| / m.
+//! bounded row: |l - clamp(l - m (J u - target), lo, hi)| / m;
+//! rolling and spinning friction: the same for moments, made a velocity by a length (theory eq. 3.28).
 //! The forms used below are the same maps with the subtraction of nearly equal impulses carried out by hand.
 
 use crate::cone::project_tangent;
@@ -113,6 +114,10 @@ pub fn largest<S: Space>(
     {
         let error = prepared.velocity(after) - row.target;
         tell(row_residual(l, error, (row.lo, row.hi), prepared.inverse_effective_mass), Entry::Row(i));
+    }
+    for (r, &moment) in prepared.resistances.iter().zip(&impulses.moments) {
+        let normal = impulses.contacts[r.contact].normal;
+        tell(r.residual(normal, moment, r.spin(after)), Entry::Contact(r.contact));
     }
     worst
 }

@@ -5,7 +5,7 @@ use crate::narrow_phase::Touch;
 use crate::observe::ledger::Ledger;
 use carom_geometry::Geometry;
 use carom_math::{Column, Space};
-use carom_solver::{Contact, ContactProblem, Entry, FrictionLaw, Impulses, Twist};
+use carom_solver::{Contact, ContactProblem, Entry, FrictionLaw, Impulses, Resistance, Twist};
 
 /// Empties a problem and fills in the bodies' inverse masses and present velocities.
 pub fn begin<S: Geometry>(problem: &mut ContactProblem<S>, bodies: &Bodies<S>, law: FrictionLaw) {
@@ -14,6 +14,7 @@ pub fn begin<S: Geometry>(problem: &mut ContactProblem<S>, bodies: &Bodies<S>, l
     problem.friction_law = law;
     problem.contacts.clear();
     problem.rows.clear();
+    problem.resistances.clear();
     problem.inverse_masses.clear();
     problem.inverse_masses.extend((0..bodies.len()).map(|i| bodies.inverse_mass(i)));
     problem.velocities.clear();
@@ -37,6 +38,14 @@ pub fn contact<S: Geometry>(bodies: &Bodies<S>, t: &Touch<S>, target: f64) -> Co
     }
 }
 
+/// Adds rolling and spinning friction to the contact added last, where it has any.
+pub fn resist<S: Geometry>(problem: &mut ContactProblem<S>, t: &Touch<S>) {
+    if t.rolling > 0.0 || (S::SPIN > 1 && t.spinning > 0.0) {
+        let contact = problem.contacts.len() - 1;
+        problem.resistances.push(Resistance { contact, rolling: t.rolling, spinning: t.spinning });
+    }
+}
+
 /// Writes velocities back to the bodies that impulses move.
 pub fn write_back<S: Geometry>(bodies: &mut Bodies<S>, velocities: &[Twist<S>]) {
     for (i, v) in velocities.iter().enumerate() {
@@ -55,7 +64,7 @@ pub fn bodies_of<S: Space>(problem: &ContactProblem<S>, entry: Option<Entry>) ->
 }
 
 /// Work of contact impulses between two sets of velocities, by the kick identity: (normal, friction) of one
-/// contact \[J\], and the part that moving obstacles paid.
+/// contact \[J\], rolling and spinning friction as friction, and the part that moving obstacles paid.
 pub fn contact_work<S: Geometry>(
     bodies: &Bodies<S>,
     problem: &ContactProblem<S>,
@@ -78,6 +87,17 @@ pub fn contact_work<S: Geometry>(
         }
         if !bodies.is_dynamic(c.a) {
             ledger.driven -= force.dot(after[c.a].at(c.arm_a));
+        }
+    }
+    for (r, m) in problem.resistances.iter().zip(&impulses.moments) {
+        let c = &problem.contacts[r.contact];
+        book(r.contact, 0.0, 0.5 * m.dot(c.relative_spin(before) + c.relative_spin(after)));
+        let moment = c.moment_to_world(*m);
+        if !bodies.is_dynamic(c.b) {
+            ledger.driven += moment.dot(after[c.b].angular);
+        }
+        if !bodies.is_dynamic(c.a) {
+            ledger.driven -= moment.dot(after[c.a].angular);
         }
     }
 }

@@ -69,6 +69,10 @@ pub struct BodyData<S: Geometry> {
     pub extent: f64,
     /// Coefficient of friction \[1\].
     pub friction: f64,
+    /// Coefficient of rolling friction \[m\].
+    pub rolling_friction: f64,
+    /// Coefficient of spinning friction \[m\].
+    pub spinning_friction: f64,
     /// Coefficient of restitution \[1\].
     pub restitution: f64,
     /// Linear damping rate \[1/s\].
@@ -197,6 +201,8 @@ impl<S: Geometry> Bodies<S> {
             shape: spec.shape,
             collider,
             friction: spec.friction,
+            rolling_friction: spec.rolling_friction,
+            spinning_friction: spec.spinning_friction,
             restitution: spec.restitution,
             linear_damping: spec.linear_damping,
             angular_damping: spec.angular_damping,
@@ -352,6 +358,8 @@ fn check_spec<S: Geometry>(name: &str, spec: &BodySpec<S>) -> Result<(), BuildEr
     }
     for (field, value, most) in [
         ("friction", spec.friction, f64::MAX),
+        ("rolling_friction", spec.rolling_friction, f64::MAX),
+        ("spinning_friction", spec.spinning_friction, f64::MAX),
         ("restitution", spec.restitution, 1.0),
         ("linear_damping", spec.linear_damping, f64::MAX),
         ("angular_damping", spec.angular_damping, f64::MAX),

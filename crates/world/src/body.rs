@@ -61,6 +61,11 @@ pub struct BodySpec<S: Geometry> {
     pub can_rotate: bool,
     /// Coefficient of friction \[1\]. Default 0.5.
     pub friction: f64,
+    /// Coefficient of rolling friction \[m\]: moment against rolling per normal force. Default 0.
+    pub rolling_friction: f64,
+    /// Coefficient of spinning friction \[m\]: moment about the normal per normal force; without effect in the
+    /// plane. Default 0.
+    pub spinning_friction: f64,
     /// Coefficient of restitution \[1\]. Default 0.
     pub restitution: f64,
     /// Linear damping rate \[1/s\]: v decays as exp(-rate t). Default none.
@@ -86,6 +91,8 @@ impl<S: Geometry> BodySpec<S> {
             angular_velocity: S::Spin::ZERO,
             can_rotate: true,
             friction: 0.5,
+            rolling_friction: 0.0,
+            spinning_friction: 0.0,
             restitution: 0.0,
             linear_damping: 0.0,
             angular_damping: 0.0,
@@ -146,6 +153,12 @@ impl<S: Geometry> BodySpec<S> {
     /// Sets the coefficient of friction.
     pub fn friction(mut self, friction: f64) -> Self {
         self.friction = friction;
+        self
+    }
+    /// Sets the coefficients of rolling and spinning friction \[m\].
+    pub fn resisting(mut self, rolling: f64, spinning: f64) -> Self {
+        self.rolling_friction = rolling;
+        self.spinning_friction = spinning;
         self
     }
     /// Sets the coefficient of restitution.

@@ -2,6 +2,7 @@
 //! what a contact means for the motion is the scheme's matter.
 
 use crate::bodies::Bodies;
+use crate::material::Mixing;
 use crate::settings::Settings;
 use carom_geometry::broad_phase::BroadPhase;
 use carom_geometry::{Aabb, ContactPoint, Geometry};
@@ -24,6 +25,10 @@ pub struct Touch<S: Space> {
     pub gap: f64,
     /// Coefficient of friction of the pair \[1\].
     pub friction: f64,
+    /// Coefficient of rolling friction \[m\].
+    pub rolling: f64,
+    /// Coefficient of spinning friction \[m\].
+    pub spinning: f64,
     /// Coefficient of restitution of the pair \[1\].
     pub restitution: f64,
 }
@@ -67,6 +72,9 @@ impl<S: Geometry> NarrowPhase<S> {
             let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
             S::contacts(ca, &bodies.shape_pose(a), cb, &bodies.shape_pose(b), margin, &mut self.points);
             let friction = settings.friction_mixing.mix(data[a].friction, data[b].friction);
+            // either body's softness makes the moment: the larger coefficient is the contact's
+            let rolling = Mixing::Max.mix(data[a].rolling_friction, data[b].rolling_friction);
+            let spinning = Mixing::Max.mix(data[a].spinning_friction, data[b].spinning_friction);
             let restitution = settings.restitution_mixing.mix(data[a].restitution, data[b].restitution);
             out.extend(self.points.iter().map(|p| Touch {
                 id: contact_id(data[a].serial, data[b].serial, p.feature),
@@ -76,6 +84,8 @@ impl<S: Geometry> NarrowPhase<S> {
                 normal: p.normal,
                 gap: p.gap,
                 friction,
+                rolling,
+                spinning,
                 restitution,
             }));
         }

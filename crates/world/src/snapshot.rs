@@ -26,6 +26,10 @@ struct SavedBody<S: Geometry> {
     mass: MassProperties<S>,
     can_rotate: bool,
     friction: f64,
+    #[serde(default)]
+    rolling_friction: f64,
+    #[serde(default)]
+    spinning_friction: f64,
     restitution: f64,
     linear_damping: f64,
     angular_damping: f64,
@@ -87,6 +91,8 @@ impl<S: Geometry> World<S> {
             mass: d.mass_properties,
             can_rotate: d.inverse_inertia != S::Inertia::ZERO,
             friction: d.friction,
+            rolling_friction: d.rolling_friction,
+            spinning_friction: d.spinning_friction,
             restitution: d.restitution,
             linear_damping: d.linear_damping,
             angular_damping: d.angular_damping,
@@ -143,6 +149,8 @@ fn spec_of<S: Geometry>(b: &SavedBody<S>) -> BodySpec<S> {
     spec.velocity = b.velocity;
     spec.angular_velocity = b.angular_velocity;
     spec.friction = b.friction;
+    spec.rolling_friction = b.rolling_friction;
+    spec.spinning_friction = b.spinning_friction;
     spec.restitution = b.restitution;
     spec.linear_damping = b.linear_damping;
     spec.angular_damping = b.angular_damping;

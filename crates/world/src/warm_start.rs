@@ -2,7 +2,7 @@
 //! snapshot can see it. Stored as forces in world axes, so that a turned frame or another step length
 //! starts from the same force.
 
-use carom_math::Space;
+use carom_math::{Column, Space};
 use carom_solver::{ContactProblem, Impulse, Impulses};
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +12,9 @@ use serde::{Deserialize, Serialize};
 pub struct WarmStart<S: Space> {
     /// Contact id, normal force \[N\], tangential force \[N\] in world axes.
     pub forces: Vec<(u64, f64, S::Vector)>,
+    /// Contact id and moment of rolling and spinning friction \[N m\] in world axes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moments: Vec<(u64, S::Spin)>,
 }
 
 impl<S: Space> WarmStart<S> {
@@ -25,6 +28,14 @@ impl<S: Space> WarmStart<S> {
             }
         }
         self.forces.sort_by_key(|f| f.0);
+        self.moments.clear();
+        for (r, &m) in problem.resistances.iter().zip(&impulses.moments) {
+            let c = &problem.contacts[r.contact];
+            if m != S::Spin::ZERO {
+                self.moments.push((c.id, c.moment_to_world(m) * (1.0 / dt)));
+            }
+        }
+        self.moments.sort_by_key(|m| m.0);
     }
     /// Fills in the impulses of contacts that were there in the last step.
     pub fn load(&self, problem: &ContactProblem<S>, dt: f64, impulses: &mut Impulses<S>) {
@@ -32,6 +43,12 @@ impl<S: Space> WarmStart<S> {
             if let Ok(k) = self.forces.binary_search_by_key(&c.id, |f| f.0) {
                 let (_, normal, tangent) = self.forces[k];
                 *g = Impulse { normal: normal * dt, tangent: c.to_slip(tangent * dt) };
+            }
+        }
+        for (r, m) in problem.resistances.iter().zip(&mut impulses.moments) {
+            let c = &problem.contacts[r.contact];
+            if let Ok(k) = self.moments.binary_search_by_key(&c.id, |m| m.0) {
+                *m = c.moment_to_frame(self.moments[k].1 * dt);
             }
         }
     }

@@ -42,6 +42,12 @@ class Material(Strict):
     """Contact and mass constants that several bodies share."""
 
     friction: NotNegative | None = Field(default=None, description="Friction coefficient (Coulomb) [1].")
+    rolling_friction: NotNegative | None = Field(
+        default=None, description="Largest moment against rolling per normal force [m]."
+    )
+    spinning_friction: NotNegative | None = Field(
+        default=None, description="Largest moment about a contact's normal per normal force [m]."
+    )
     restitution: Fraction | None = Field(default=None, description="Coefficient of restitution, 0 to 1 [1].")
     density: Positive | None = Field(
         default=None, description="Mass per volume [kg/m^3] in space, per area [kg/m^2] in the plane."
@@ -178,6 +184,14 @@ class BodyCommon(Strict):
     mass: Positive | None = Field(default=None, description="Mass [kg]; instead of density.")
     friction: NotNegative | None = Field(
         default=None, description="Friction coefficient (Coulomb) [1]; the material's, else 0.5."
+    )
+    rolling_friction: NotNegative | None = Field(
+        default=None,
+        description="Largest moment against rolling per normal force [m]; the material's, else 0.",
+    )
+    spinning_friction: NotNegative | None = Field(
+        default=None,
+        description="Largest moment about a contact's normal per normal force [m]; the material's, else 0.",
     )
     restitution: Fraction | None = Field(
         default=None, description="Coefficient of restitution, 0 to 1 [1]; the material's, else 0."

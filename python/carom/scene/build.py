@@ -24,7 +24,7 @@ from carom.scene.lines import KeyPath, line_of
 from carom.scene.read import Format, line_map
 from carom.scene.shapes import as_plain
 
-_CONTACT_KEYS = ("friction", "restitution")
+_CONTACT_KEYS = ("friction", "rolling_friction", "spinning_friction", "restitution")
 _GROUP_KEYS = ("collision_groups", "collision_mask")
 _MASS_KEYS = ("mass", "inertia", "center_of_mass", "linear_damping", "angular_damping")
 

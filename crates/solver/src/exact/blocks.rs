@@ -33,21 +33,6 @@ impl<const D: usize> Blocks<D> {
         let largest = self.velocity.as_flattened().iter().fold(0.0_f64, |m, q| m.max(q.abs()));
         if largest > 0.0 { largest } else { 1.0 }
     }
-    /// Row i of W r, the diagonal block left out where asked; W given by rows on bodies takes a whole product.
-    pub fn row_times(&self, i: usize, r: &[[f64; D]], without_diagonal: bool) -> [f64; D] {
-        match &self.operator {
-            Operator::Matrix(m) => row_times(&m.graph, &m.values, i, r, without_diagonal),
-            Operator::Bodies(rows) => {
-                let (mut bodies, mut all) = (Vec::new(), vec![[0.0; D]; self.count()]);
-                rows.product(r, &mut bodies, &mut all);
-                let own = if without_diagonal { r[i] } else { [0.0; D] };
-                for (value, row) in all[i].iter_mut().zip(&self.diagonal[i]) {
-                    *value -= row.iter().zip(&own).map(|(w, r)| w * r).sum::<f64>();
-                }
-                all[i]
-            }
-        }
-    }
     /// Blocks of a problem in matrix form.
     pub fn of(problem: &FrictionProblem) -> Self {
         let count = problem.contacts();

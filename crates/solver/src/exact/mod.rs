@@ -10,7 +10,7 @@ mod groups;
 mod interior_point;
 pub(crate) mod judge;
 pub(crate) mod lane;
-pub(crate) mod local;
+mod local;
 mod newton;
 mod operator;
 mod proximal;

@@ -18,8 +18,10 @@ pub enum Ended {
     Interrupted,
 }
 
-/// One sweep over all contacts; `bodies` holds B^T r where W is given by rows on bodies.
-fn sweep<const D: usize>(blocks: &Blocks<D>, r: &mut [[f64; D]], bodies: &mut [f64]) {
+/// One sweep over all contacts; `bodies` holds B^T r where W is given by rows on bodies. Returns the largest change
+/// of an impulse as a velocity \[m/s\], NaN included.
+pub fn sweep<const D: usize>(blocks: &Blocks<D>, r: &mut [[f64; D]], bodies: &mut [f64]) -> f64 {
+    let mut largest = 0.0;
     for i in 0..blocks.count() {
         let mut b = match &blocks.operator {
             Operator::Matrix(m) => row_times(&m.graph, &m.values, i, r, true),
@@ -35,12 +37,15 @@ fn sweep<const D: usize>(blocks: &Blocks<D>, r: &mut [[f64; D]], bodies: &mut [f
             b[k] += blocks.velocity[i][k];
         }
         let found = solve_contact(blocks.diagonal[i].as_flattened(), &b, blocks.friction[i], &r[i]);
+        let change: [f64; D] = std::array::from_fn(|k| found[k] - r[i][k]);
         if let Operator::Bodies(rows) = &blocks.operator {
-            let change = std::array::from_fn(|k| found[k] - r[i][k]);
             rows.push(i, &change, bodies);
         }
         r[i] = found;
+        let moved = change.iter().map(|c| c * c).sum::<f64>().sqrt() * blocks.norms[i];
+        largest = if moved > largest || moved.is_nan() { moved } else { largest };
     }
+    largest
 }
 
 /// u = W r + q; leaves B^T r in `bodies`.

@@ -1,4 +1,4 @@
-//! Accelerated projected gradient descent (Nesterov 1983; Mazhar, Heyn, Negrut and Tasora 2015; theory eq. 7.2):
+//! Accelerated projected gradient descent (Nesterov 1983; Mazhar, Heyn, Negrut and Tasora 2015; theory eq. 5.36):
 //! x+ = P(y - t D u(y)), y = x+ + beta (x+ - x), with the step t found by trial against the curvature and the
 //! momentum forgotten when it leads uphill (O'Donoghue and Candes 2015). u contains De Saxce's shift
 //! mu |u_T| of the present point, so the fixed point is Coulomb's law and not its convex relaxation. Every

@@ -6,6 +6,7 @@
 use crate::cone::project;
 use crate::delassus::{delassus_of, right_hand_side_of};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
+use crate::methods::resisted;
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, FrictionLaw, Impulses};
@@ -40,6 +41,9 @@ impl<S: Space> ImpulseSolver<S> for Direct {
         impulses.fit(problem);
         if problem.scalar_rows() == 0 {
             return Outcome::nothing_to_do();
+        }
+        if let Some(refusal) = resisted(problem, "direct", impulses) {
+            return refusal;
         }
         let prepared = Prepared::of(problem);
         let solved = System::of(problem, &prepared)

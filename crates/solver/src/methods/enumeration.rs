@@ -8,6 +8,7 @@ use crate::delassus::{delassus_of, right_hand_side_of};
 use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
+use crate::methods::resisted;
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, Impulses};
@@ -42,6 +43,9 @@ impl<S: Space> ImpulseSolver<S> for Enumeration {
         impulses.fit(problem);
         if problem.scalar_rows() == 0 {
             return Outcome::nothing_to_do();
+        }
+        if let Some(refusal) = resisted(problem, "enumeration", impulses) {
+            return refusal;
         }
         let prepared = Prepared::of(problem);
         let width = 1 + S::SLIP;

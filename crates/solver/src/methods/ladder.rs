@@ -28,8 +28,8 @@ impl<S: Space> Ladder<S> {
             rungs: kinds.iter().map(|k| (*k, k.make())).collect(),
             islands: Islands::default(),
             part: Part::default(),
-            best: Impulses { contacts: Vec::new(), rows: Vec::new() },
-            given: Impulses { contacts: Vec::new(), rows: Vec::new() },
+            best: Impulses::default(),
+            given: Impulses::default(),
         }
     }
 

@@ -9,6 +9,7 @@ use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
 use crate::lcp::{Judge, LcpEnd, solve_lcp, solve_lcp_with};
+use crate::methods::resisted;
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, FrictionLaw, Impulses};
@@ -37,6 +38,9 @@ impl<S: Space> ImpulseSolver<S> for Lemke {
         impulses.fit(problem);
         if problem.scalar_rows() == 0 {
             return Outcome::nothing_to_do();
+        }
+        if let Some(refusal) = resisted(problem, "lemke", impulses) {
+            return refusal;
         }
         let prepared = Prepared::of(problem);
         let refused = |reason: String, pivots: usize, impulses: &Impulses<S>| {

@@ -32,6 +32,18 @@ fn judged<S: Space>(
         .unwrap_or_else(|| Outcome::judged(iterations, residual_of(problem, prepared, impulses), tolerance))
 }
 
+/// A refusal of a problem with rolling or spinning friction by a solver that knows none.
+fn resisted<S: Space>(problem: &ContactProblem<S>, solver: &str, impulses: &Impulses<S>) -> Option<Outcome> {
+    let reason = format!("{solver} knows no rolling or spinning friction; pgs, nncg and apgd do");
+    let refused = || Outcome {
+        iterations: 0,
+        residual: residual(problem, impulses),
+        stop: Stop::Refused(reason),
+        islands: Vec::new(),
+    };
+    (!problem.resistances.is_empty()).then(refused)
+}
+
 /// A refusal when impulses are no longer finite: friction can jam bodies so that no impulses solve the problem and a
 /// sweep's grow without end. The impulses are then put back to those `given`.
 fn overflow<S: Space>(

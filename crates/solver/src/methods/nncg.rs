@@ -1,5 +1,5 @@
 //! Nonsmooth nonlinear conjugate gradients over Gauss-Seidel sweeps (Silcowitz, Niebe and Erleben 2010; theory
-//! eq. 7.1): what a sweep changes is minus a gradient g; p <- beta p - g and gamma <- gamma + p with Fletcher and
+//! eq. 5.35): what a sweep changes is minus a gradient g; p <- beta p - g and gamma <- gamma + p with Fletcher and
 //! Reeves' beta = |g|^2 / |g_before|^2, forgotten when the gradient grows. Lengths count energy (gamma_i^2 A_ii), so that
 //! light and heavy bodies weigh alike. A fixed point is a fixed point of the sweep: Coulomb's law itself. Residuals
 //! go up and down on the way, so the best point measured is the answer.

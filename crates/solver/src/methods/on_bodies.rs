@@ -86,6 +86,9 @@ impl<S: Space> Point for BodyPoint<S> {
         for ((m, x), y) in mine.rows.iter_mut().zip(&xs.rows).zip(&ys.rows) {
             *m = own * *m + f * x + g * y;
         }
+        for ((m, x), y) in mine.moments.iter_mut().zip(&xs.moments).zip(&ys.moments) {
+            *m = *m * own + *x * f + *y * g;
+        }
         for ((m, x), y) in self.velocities.iter_mut().zip(&x.velocities).zip(&y.velocities) {
             m.linear = m.linear * own + x.linear * f + y.linear * g;
             m.angular = m.angular * own + x.angular * f + y.angular * g;
@@ -113,6 +116,9 @@ impl<S: Space> FirstOrder for Bodies<'_, S> {
         for (c, g) in self.prepared.contacts.iter().zip(&mut at.impulses.contacts) {
             change = change.max(relax_contact(c, g, self.problem.friction_law, v));
         }
+        for (r, m) in self.prepared.resistances.iter().zip(&mut at.impulses.moments) {
+            change = change.max(r.relax(at.impulses.contacts[r.contact].normal, m, v));
+        }
         change.sqrt()
     }
 
@@ -121,7 +127,7 @@ impl<S: Space> FirstOrder for Bodies<'_, S> {
         to.velocities.clone_from(&self.problem.velocities);
         let contacts = self.prepared.contacts.iter().zip(&from.impulses.contacts);
         for ((c, old), new) in contacts.zip(&mut to.impulses.contacts) {
-            *new = project_step(c, old, c.relative_velocity(v), step, law);
+            (*new, _) = project_step(c, old, c.relative_velocity(v), step, law, None);
             c.apply(new, &mut to.velocities);
         }
         let rows = self.problem.rows.iter().zip(&self.prepared.rows).zip(&from.impulses.rows);
@@ -129,6 +135,18 @@ impl<S: Space> FirstOrder for Bodies<'_, S> {
             let error = row.velocity(v) - given.target;
             *new = (old - step * error / row.inverse_effective_mass).max(given.lo).min(given.hi);
             row.apply(*new, &mut to.velocities);
+        }
+        let moments = self.prepared.resistances.iter().zip(&from.impulses.moments);
+        for ((r, &old), new) in moments.zip(&mut to.impulses.moments) {
+            // moments press the contact's normal impulse too: its step is taken again, with them
+            let (c, impulse) = (&self.prepared.contacts[r.contact], &from.impulses.contacts[r.contact]);
+            let resisted = Some((r, old, r.spin(v)));
+            let (impulse, moment) = project_step(c, impulse, c.relative_velocity(v), step, law, resisted);
+            let before = std::mem::replace(&mut to.impulses.contacts[r.contact], impulse);
+            let (normal, tangent) = (impulse.normal - before.normal, impulse.tangent - before.tangent);
+            c.apply(&Impulse { normal, tangent }, &mut to.velocities);
+            *new = moment;
+            r.apply(moment, &mut to.velocities);
         }
     }
 
@@ -149,6 +167,10 @@ impl<S: Space> FirstOrder for Bodies<'_, S> {
             let (p, q) = (x.impulses.rows[i] - y.impulses.rows[i], z.impulses.rows[i] - w.impulses.rows[i]);
             sum += p * q * row.inverse_effective_mass;
         }
+        for (i, r) in self.prepared.resistances.iter().enumerate() {
+            let moment = |p: &BodyPoint<S>| p.impulses.moments[i];
+            sum += r.product(moment(x) - moment(y), moment(z) - moment(w));
+        }
         sum
     }
 
@@ -161,6 +183,10 @@ impl<S: Space> FirstOrder for Bodies<'_, S> {
         }
         for ((row, p), q) in self.prepared.rows.iter().zip(&x.impulses.rows).zip(&y.impulses.rows) {
             sum += (p - q) * (row.velocity(&x.velocities) - row.velocity(&y.velocities));
+        }
+        for (i, r) in self.prepared.resistances.iter().enumerate() {
+            let moved = x.impulses.moments[i] - y.impulses.moments[i];
+            sum += moved.dot(r.spin(&x.velocities) - r.spin(&y.velocities));
         }
         sum
     }

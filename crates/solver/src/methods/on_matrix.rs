@@ -6,8 +6,7 @@ use crate::cone_matrix::spectral_norm;
 use crate::exact::blocks::Blocks;
 use crate::exact::judge::errors;
 use crate::exact::lane::padded;
-use crate::exact::local::solve_contact;
-use crate::exact::sweeps::velocities;
+use crate::exact::sweeps::{sweep, velocities};
 use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::methods::first_order::{Budget, End, FirstOrder, Memory, Method, Point};
@@ -160,21 +159,7 @@ impl<const D: usize> FirstOrder for Rows<'_, D> {
     const SWEEPS_KEEP_VELOCITIES: bool = false;
 
     fn sweep(&self, at: &mut RowPoint<D>) -> f64 {
-        let (blocks, r) = (self.blocks, &mut at.impulses);
-        let mut change: f64 = 0.0;
-        for i in 0..blocks.count() {
-            let mut b = blocks.row_times(i, r, true);
-            for k in 0..D {
-                b[k] += blocks.velocity[i][k];
-            }
-            let new = solve_contact(blocks.diagonal[i].as_flattened(), &b, blocks.friction[i], &r[i]);
-            let squared: f64 = (0..D).map(|k| (new[k] - r[i][k]) * (new[k] - r[i][k])).sum();
-            r[i] = new;
-            let moved = squared.sqrt() * blocks.norms[i];
-            // what is no number must not vanish in a comparison
-            change = if moved > change || moved.is_nan() { moved } else { change };
-        }
-        change
+        sweep(self.blocks, &mut at.impulses, &mut [])
     }
 
     fn descend(&self, from: &RowPoint<D>, step: f64, to: &mut RowPoint<D>) {
@@ -188,7 +173,7 @@ impl<const D: usize> FirstOrder for Rows<'_, D> {
                 new[k] -= step / m.tangential * u[k];
             }
             let size = length(&new[1..]);
-            new[0] = nearest_normal(lowered, &[stretch * size], stretch * mu);
+            new[0] = nearest_normal(lowered, &[(stretch * size, stretch * mu)]);
             let limit = mu * new[0];
             let shrink = if size > limit { limit / size } else { 1.0 };
             new[1..].iter_mut().for_each(|t| *t *= shrink);

@@ -5,7 +5,7 @@
 use crate::cone::{project, project_tangent};
 use crate::delassus::{Csr, delassus_of, right_hand_side_of};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
-use crate::methods::judged;
+use crate::methods::{judged, resisted};
 use crate::outcome::Outcome;
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, Impulses};
@@ -29,6 +29,9 @@ impl<S: Space> ImpulseSolver<S> for PgsMatrix {
         impulses.fit(problem);
         if problem.scalar_rows() == 0 {
             return Outcome::nothing_to_do();
+        }
+        if let Some(refusal) = resisted(problem, "pgs_matrix", impulses) {
+            return refusal;
         }
         let given = impulses.clone();
         let prepared = Prepared::of(problem);

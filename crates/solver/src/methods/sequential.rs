@@ -6,7 +6,7 @@
 
 use crate::friction::friction_impulse;
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
-use crate::methods::overflow;
+use crate::methods::{overflow, resisted};
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::{Prepared, PreparedContact};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
@@ -33,6 +33,9 @@ impl<S: Space> ImpulseSolver<S> for Sequential<S> {
         impulses.fit(problem);
         if problem.scalar_rows() == 0 {
             return Outcome::nothing_to_do();
+        }
+        if let Some(refusal) = resisted(problem, "sequential", impulses) {
+            return refusal;
         }
         if !problem.rows.is_empty() {
             let reason =

@@ -238,6 +238,10 @@ impl<S: Geometry> Impacts<S> {
         for (k, t) in touches.iter().enumerate() {
             let Some(part) = self.parts[k].filter(|_| called[islands.root(mover(t))]) else { continue };
             self.problem.contacts.push(assembly::contact(bodies, t, part.target));
+            // one collision after another exchanges no moments: the law of the notes
+            if settings.impact_law == ImpactLaw::Newton {
+                assembly::resist(&mut self.problem, t);
+            }
             self.bounces.push(part.bounces);
             self.struck.push(k);
             self.resolved[k] = true;

@@ -274,6 +274,7 @@ impl<S: Geometry> FixedStep<S> {
             }
             contact.target = held_velocity(limits.closing(t.gap), self.approaches[k], before, end_share);
             self.problem.contacts.push(contact);
+            assembly::resist(&mut self.problem, t);
             self.pressed.push(k);
         }
     }
