@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from carom import _carom, collision, errors, impact, planar, spatial
 from carom._certificate import Certificate
 from carom._explanation import Explanation, Finding
+from carom._friction_problem import FrictionMeasure, FrictionProblem, FrictionSolution
 from carom._problem import ContactProblem, Residual, Solution
 from carom._report import IslandReport, Snapshot, StageReport, StepReport
 from carom.errors import (
@@ -47,6 +48,8 @@ LEDGER_LINES: tuple[str, ...] = tuple(_carom.LEDGER_LINES)
 SOLVERS: tuple[str, ...] = tuple(_carom.SOLVERS)
 #: What can happen to a solve above the tolerance.
 ON_INACCURATE: tuple[str, ...] = tuple(_carom.ON_INACCURATE)
+#: Solvers of friction problems by name.
+FRICTION_SOLVERS: tuple[str, ...] = tuple(_carom.FRICTION_SOLVERS)
 #: Meaning of the codes of a contact's `status`.
 CONTACT_STATUS: tuple[str, ...] = tuple(_carom.CONTACT_STATUS)
 
@@ -92,6 +95,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "CONTACT_STATUS",
+    "FRICTION_SOLVERS",
     "LEDGER_LINES",
     "ON_INACCURATE",
     "SOLVERS",
@@ -106,6 +110,9 @@ __all__ = [
     "InaccurateError",
     "InaccurateWarning",
     "IslandReport",
+    "FrictionMeasure",
+    "FrictionProblem",
+    "FrictionSolution",
     "Residual",
     "Run",
     "RunFileError",

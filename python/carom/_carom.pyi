@@ -21,10 +21,12 @@ _Csr = tuple[_Floats, _Whole, _Whole, tuple[int, int]]
 
 __all__ = [
     "CONTACT_STATUS",
+    "FRICTION_SOLVERS",
     "LEDGER_LINES",
     "ON_INACCURATE",
     "SOLVERS",
     "STOPS",
+    "FrictionProblem",
     "PlanarPieces",
     "PlanarProblem",
     "PlanarWorld",
@@ -43,6 +45,7 @@ __version__: str
 LEDGER_LINES: list[str]
 ON_INACCURATE: list[str]
 SOLVERS: list[str]
+FRICTION_SOLVERS: list[str]
 STOPS: list[str]
 CONTACT_STATUS: list[str]
 
@@ -134,6 +137,22 @@ class PlanarProblem(_Problem):
 class SpatialProblem(_Problem):
     @staticmethod
     def from_json(text: str) -> SpatialProblem: ...
+
+@final
+class FrictionProblem:
+    def __new__(
+        cls, dimension: int, data: _Floats, indices: _Whole, indptr: _Whole, q: _Floats, mu: _Floats
+    ) -> FrictionProblem: ...
+    def measure(self, impulses: _Floats) -> dict[str, Any]: ...
+    def solve(
+        self,
+        solver: str,
+        tolerance: float,
+        iterations: int,
+        factorisations: int,
+        start: _Floats | None,
+        tell: Callable[[str, int, float], bool | None] | None,
+    ) -> dict[str, Any]: ...
 
 @type_check_only
 class _Pieces:

@@ -22,6 +22,9 @@ from carom.recording import LEDGER_LINES, FileData, Floats, Header, Records, Run
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from carom._friction_problem import FrictionProblem
+    from carom._problem import ContactProblem
+
 
 @dataclass(frozen=True)
 class Worst:
@@ -305,6 +308,48 @@ class Run:
         from carom.plotting import plot
 
         return plot(self, kind, step=step)
+
+    def problem(
+        self, step: int, *, phase: str = "contact", folder: str | Path | None = None
+    ) -> ContactProblem:
+        """The contact problem that step `step` (from 0) solved, found by running the scene again up to there.
+
+        Parameters
+        ----------
+        phase : "contact" for the persistent contacts, "impact" for the impacts before them
+        folder : where the scene's mesh files lie; the run file's folder when absent
+
+        Raises
+        ------
+        RunFileError
+            When there is no such step, the run does not come from a scene, or this carom runs it differently.
+        """
+        from carom._friction_problem_of_run import problem_of_run
+
+        return problem_of_run(self, int(step), phase, None if folder is None else Path(folder))
+
+    def save_problem(
+        self, path: str | Path, step: int, *, phase: str = "contact", folder: str | Path | None = None
+    ) -> FrictionProblem:
+        """Writes the problem of a step in matrix form, as ``.npz`` or FCLIB's ``.hdf5``, and gives it.
+
+        Raises
+        ------
+        RunFileError
+            As for `problem`, and when the path cannot be written.
+        BuildError
+            When the problem has bounded rows or friction by the box, which the matrix form lacks.
+        """
+        from carom._friction_problem import FrictionProblem
+
+        scene = self.header.scene_name or "run"
+        found = FrictionProblem.from_problem(
+            self.problem(step, phase=phase, folder=folder),
+            name=f"{Path(scene).stem}-step{int(step)}",
+            source=f"carom {self.header.version}: step {int(step)} of scene {scene}, {phase} problem",
+        )
+        found.save(path)
+        return found
 
     def to_dataframe(self) -> Any:
         """One row per frame and body as a pandas frame: time, body, coordinates, velocities."""

@@ -40,19 +40,21 @@ def commands() -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize(("name", "command"), commands())
 def test_shell_commands_run(name: str, command: str, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """`make` targets exist (the tests are one of them); `carom` commands run, in one folder per page."""
+    """`make` targets exist (the tests are one of them); carom's commands run, in one folder per page."""
     words = shlex.split(command)
     if words[0] == "make":
         assert re.search(rf"^{re.escape(words[1])}:", (ROOT / "Makefile").read_text(), re.MULTILINE), command
         return
     if words[0] in {"git", "cd", "pip"}:
         pytest.skip("about obtaining the sources")
-    assert words[0] == "carom", f"{name}: {command}: a command this test does not know"
+    program = ["-m", "carom.cli", *words[1:]] if words[0] == "carom" else words[1:]
+    is_known = words[0] == "carom" or (words[:2] == ["python", "-m"] and words[2].startswith("carom."))
+    assert is_known, f"{name}: {command}: a command this test does not know"
     folder = FOLDERS.setdefault(name.split("[")[0], tmp_path_factory.mktemp("page"))
     for example in (ROOT / "examples").glob("*.toml"):
         (folder / example.name).write_text(example.read_text())
     done = subprocess.run(
-        [sys.executable, "-m", "carom.cli", *words[1:]],
+        [sys.executable, *program],
         cwd=folder,
         capture_output=True,
         text=True,

@@ -8,6 +8,7 @@ mod chunk;
 mod classes;
 mod errors;
 mod fields;
+mod friction_problem;
 mod lookout;
 mod pieces;
 mod problem;
@@ -86,6 +87,7 @@ fn _carom(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<SpatialProblem>()?;
     m.add_class::<PlanarPieces>()?;
     m.add_class::<SpatialPieces>()?;
+    m.add_class::<friction_problem::PyFrictionProblem>()?;
     m.add_function(wrap_pyfunction!(scene_names, m)?)?;
     m.add_function(wrap_pyfunction!(build_scene, m)?)?;
     m.add_function(wrap_pyfunction!(decompose, m)?)?;
@@ -93,6 +95,7 @@ fn _carom(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(energy_lost, m)?)?;
     m.add("LEDGER_LINES", Ledger::NAMES.to_vec())?;
     m.add("SOLVERS", SolverKind::ALL.map(SolverKind::name).to_vec())?;
+    m.add("FRICTION_SOLVERS", friction_problem::solver_names())?;
     m.add("STOPS", records::STOPS.to_vec())?;
     m.add("CONTACT_STATUS", records::CONTACT_STATUS.to_vec())?;
     m.add("ON_INACCURATE", OnInaccurate::ALL.map(OnInaccurate::name).to_vec())?;

@@ -111,6 +111,7 @@ impl Measure {
 /// Projects (normal, tangents) on the cone |x_T| <= mu x_N, in place.
 pub fn project_on_cone(x: &mut [f64], friction: f64) {
     let tangent = x[1..].iter().map(|t| t * t).sum::<f64>().sqrt();
+    // without friction the cone is a ray, and 0 <= 0 x_N says nothing of the sign of x_N
     if x[0] >= 0.0 && tangent <= friction * x[0] {
         return;
     }
@@ -124,13 +125,28 @@ pub fn project_on_cone(x: &mut [f64], friction: f64) {
     x[1..].iter_mut().for_each(|t| *t *= scale);
 }
 
-/// |(r - P_K(r - step u_hat)) / step|^2 of one contact with at most three rows \[m^2/s^2\].
+/// |(r - P_K(r - step u_hat)) / step|^2 of one contact with at most three rows \[m^2/s^2\]. In each case of the
+/// projection the difference is taken by hand: impulses so huge that r - step u_hat rounds to r hide no velocity.
 pub fn natural_map_squared(impulse: &[f64], u_hat: &[f64], step: f64, friction: f64) -> f64 {
+    let square = |x: &[f64]| x.iter().map(|a| a * a).sum::<f64>();
     let mut x = [0.0; 3];
     let x = &mut x[..impulse.len()];
     x.iter_mut().zip(impulse).zip(u_hat).for_each(|((x, r), u)| *x = r - step * u);
-    project_on_cone(x, friction);
-    x.iter().zip(impulse).map(|(x, r)| ((r - x) / step).powi(2)).sum()
+    let (tangent, given) = (square(&x[1..]).sqrt(), square(&impulse[1..]).sqrt());
+    if x[0] >= 0.0 && tangent <= friction * x[0] {
+        return square(u_hat);
+    }
+    if friction * tangent <= -x[0] {
+        return square(impulse) / (step * step);
+    }
+    // r - P(x) = step u_hat + g (-mu, t), g (1 + mu^2) = |x_T| - mu x_N, t = x_T / |x_T|
+    let turned: f64 = impulse[1..].iter().zip(&u_hat[1..]).map(|(r, u)| r * u).sum();
+    let longer = (step * square(&u_hat[1..]) - 2.0 * turned) / (tangent + given);
+    let over = (given - friction * impulse[0]) / step + longer + friction * u_hat[0];
+    let g = over / (1.0 + friction * friction);
+    x[1..].iter_mut().zip(&u_hat[1..]).for_each(|(x, u)| *x = u + g * *x / tangent);
+    x[0] = u_hat[0] - g * friction;
+    square(x)
 }
 
 /// Measures impulses against a problem; independent of every solver.

@@ -1,4 +1,4 @@
-"""The command ``carom``: run, plot, compare, scenes, schema.
+"""The command ``carom``: run, plot, compare, problem, scenes, schema.
 
 Results go to stdout, everything else to stderr. Exit codes: 0 done, 1 the run failed, 2 bad input, 130
 Ctrl-C.
@@ -15,6 +15,7 @@ import typer
 from carom.cli.compare import compare_command
 from carom.cli.failure import INTERRUPTED, exit_code, say
 from carom.cli.plot import plot_command
+from carom.cli.problem import problem_app
 from carom.cli.run import run_command
 from carom.cli.scenes import scenes_command, schema_command
 
@@ -51,6 +52,7 @@ app.command("plot")(plot_command)
 app.command("compare")(compare_command)
 app.command("scenes")(scenes_command)
 app.command("schema")(schema_command)
+app.add_typer(problem_app)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -32,7 +32,7 @@ def closing_table(run: Run) -> None:
     table.add_row("deepest penetration", f"{run.deepest.value:.2e} m", run.deepest.where())
     if run.path is not None:
         table.add_row("recorded in", "", str(run.path))
-    _console().print(table)
+    stdout_console().print(table)
 
 
 def comparison_table(comparison: Comparison) -> None:
@@ -41,7 +41,7 @@ def comparison_table(comparison: Comparison) -> None:
     table = Table(*headings)
     for row in rows:
         table.add_row(*row)
-    console = _console()
+    console = stdout_console()
     console.print(table)
     for note in comparison.notes():
         console.print(note)
@@ -52,10 +52,10 @@ def scenes_table(scenes: list[Scene]) -> None:
     table = Table("scene", "space", "duration [s]", "kind", "what it shows")
     for scene in scenes:
         table.add_row(scene.name, scene.space, f"{scene.duration:g}", scene.kind, scene.description)
-    _console().print(table)
+    stdout_console().print(table)
 
 
-def _console() -> Console:
+def stdout_console() -> Console:
     """Stdout; wide enough for whole lines when it is no terminal."""
     console = Console(highlight=False, markup=False, emoji=False)
     return console if console.is_terminal else Console(highlight=False, markup=False, emoji=False, width=200)

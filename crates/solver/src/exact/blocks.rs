@@ -1,31 +1,45 @@
-//! A friction problem as blocks: W in D x D blocks on a symmetric pattern. Knows no method.
+//! A friction problem contact by contact: W, q and the coefficients of friction. Knows no method.
 
 use super::lane::padded;
+use super::operator::{Matrix, Operator};
 use crate::cone_matrix::spectral_norm;
 use crate::friction_problem::FrictionProblem;
 use crate::linear::Graph;
 
 /// u = W r + q in blocks.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Blocks<const D: usize> {
-    /// Which contacts are coupled; every node has D scalars.
-    pub graph: Graph,
-    /// W's blocks, row by row, in the graph's order.
-    pub values: Vec<f64>,
-    /// Position of each diagonal block in the graph.
-    pub diagonal: Vec<u32>,
+    /// W.
+    pub operator: Operator<D>,
     /// q per contact, padded to whole packs \[m/s\].
     pub velocity: Vec<[f64; D]>,
     /// Coefficients of friction, padded \[1\].
     pub friction: Vec<f64>,
-    /// Spectral norms of the diagonal blocks, padded with 1 \[1/kg\].
+    /// The diagonal blocks of W \[1/kg\].
+    pub diagonal: Vec<[[f64; D]; D]>,
+    /// Their spectral norms, padded with 1 \[1/kg\].
     pub norms: Vec<f64>,
 }
 
 impl<const D: usize> Blocks<D> {
     /// Number of contacts.
     pub fn count(&self) -> usize {
-        self.graph.nodes()
+        self.diagonal.len()
+    }
+    /// Row i of W r, the diagonal block left out where asked; W given by rows on bodies takes a whole product.
+    pub fn row_times(&self, i: usize, r: &[[f64; D]], without_diagonal: bool) -> [f64; D] {
+        match &self.operator {
+            Operator::Matrix(m) => row_times(&m.graph, &m.values, i, r, without_diagonal),
+            Operator::Bodies(rows) => {
+                let (mut bodies, mut all) = (Vec::new(), vec![[0.0; D]; self.count()]);
+                rows.product(r, &mut bodies, &mut all);
+                let own = if without_diagonal { r[i] } else { [0.0; D] };
+                for (value, row) in all[i].iter_mut().zip(&self.diagonal[i]) {
+                    *value -= row.iter().zip(&own).map(|(w, r)| w * r).sum::<f64>();
+                }
+                all[i]
+            }
+        }
     }
     /// Blocks of a problem in matrix form.
     pub fn of(problem: &FrictionProblem) -> Self {
@@ -34,48 +48,34 @@ impl<const D: usize> Blocks<D> {
         let graph = Graph::new(vec![D as u32; count], starts, columns);
         let mut values = vec![0.0; graph.values()];
         for i in 0..count {
+            let row = graph.row(i);
             for r in 0..D {
+                let mut at = row.start;
                 // stored zeros couple nothing
                 for (column, x) in problem.matrix.row(D * i + r).filter(|e| e.1 != 0.0) {
-                    let at = graph.position(i, column / D).expect("the pattern holds every entry");
+                    if graph.neighbours[at] as usize != column / D {
+                        at = graph.position(i, column / D).expect("the pattern holds every entry");
+                    }
                     values[graph.offsets[at] as usize + r * D + column % D] += x;
                 }
             }
         }
         let velocity = problem.velocity.chunks_exact(D).map(|q| std::array::from_fn(|k| q[k])).collect();
-        Blocks::assembled(graph, values, velocity, problem.friction.clone())
+        Blocks::assembled(Operator::Matrix(Matrix::new(graph, values)), velocity, problem.friction.clone())
     }
     /// Blocks from their parts.
-    pub fn assembled(graph: Graph, values: Vec<f64>, velocity: Vec<[f64; D]>, friction: Vec<f64>) -> Self {
-        let count = graph.nodes();
-        let diagonal: Vec<u32> =
-            (0..count).map(|i| graph.position(i, i).expect("every row holds its diagonal") as u32).collect();
-        let mut blocks = Blocks { graph, values, diagonal, velocity, friction, norms: Vec::new() };
-        blocks.norms = (0..count)
-            .map(|i| {
-                let norm = spectral_norm::<D>(blocks.diagonal_block(i));
-                if norm > 0.0 { norm } else { 1.0 }
-            })
-            .collect();
-        blocks.velocity.resize(padded(count), [0.0; D]);
-        blocks.friction.resize(padded(count), 0.0);
-        blocks.norms.resize(padded(count), 1.0);
-        blocks
-    }
-    /// W_ii, row by row.
-    pub fn diagonal_block(&self, i: usize) -> &[f64] {
-        let at = self.graph.offsets[self.diagonal[i] as usize] as usize;
-        &self.values[at..at + D * D]
-    }
-    /// The same numbers as an array.
-    pub fn diagonal_matrix(&self, i: usize) -> [[f64; D]; D] {
-        let block = self.diagonal_block(i);
-        std::array::from_fn(|r| std::array::from_fn(|c| block[r * D + c]))
-    }
-    /// Row i of W r, the diagonal block left out where asked.
-    #[inline(always)]
-    pub fn row_times(&self, i: usize, r: &[[f64; D]], without_diagonal: bool) -> [f64; D] {
-        row_times(&self.graph, &self.values, i, r, without_diagonal)
+    pub fn assembled(operator: Operator<D>, mut velocity: Vec<[f64; D]>, mut friction: Vec<f64>) -> Self {
+        let count = operator.count();
+        let diagonal: Vec<[[f64; D]; D]> = (0..count).map(|i| operator.diagonal_block(i)).collect();
+        let norm = |block: &[[f64; D]; D]| {
+            let norm = spectral_norm::<D>(block.as_flattened());
+            if norm > 0.0 { norm } else { 1.0 }
+        };
+        let mut norms: Vec<f64> = diagonal.iter().map(norm).collect();
+        velocity.resize(padded(count), [0.0; D]);
+        friction.resize(padded(count), 0.0);
+        norms.resize(padded(count), 1.0);
+        Blocks { operator, velocity, friction, diagonal, norms }
     }
 }
 

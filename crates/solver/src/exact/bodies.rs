@@ -1,13 +1,13 @@
 //! Body space: with W~ = B B^T, B the contacts' rows on bodies of unit mass, (1 + B^T D^-1 B) dv = B^T D^-1 rhs and
 //! dx = D^-1 (rhs - B dv). One node per body: where many contacts share few bodies the factors are far smaller.
 
-use super::scaled::Scaled;
+use super::operator::Operator;
 use super::system::{Block, inverse};
 use crate::linear::{Analysis, Factor, Graph};
 
 /// One contact's rows on its two bodies, in the units of the scaled problem.
 #[derive(Clone, Debug, Default)]
-pub struct Rows {
+pub struct Rows<const D: usize> {
     /// Scalars per body: 3 in the plane, 6 in space.
     pub freedoms: usize,
     /// Number of bodies that can move.
@@ -27,7 +27,7 @@ const MOST: usize = 6;
 /// The system with bodies as nodes.
 #[derive(Clone, Debug, Default)]
 pub struct BodySpace<const D: usize> {
-    rows: Rows,
+    rows: Rows<D>,
     graph: Graph,
     analysis: Analysis,
     factor: Factor,
@@ -42,19 +42,20 @@ pub struct BodySpace<const D: usize> {
 const NOWHERE: u32 = u32::MAX;
 
 impl<const D: usize> BodySpace<D> {
-    /// The system in body space where the problem knows its bodies and that is cheaper than contact space.
-    pub fn of(scaled: &Scaled<D>) -> Option<Self> {
-        let rows = scaled.rows.as_ref()?.clone();
-        let (bodies, contacts) = (rows.bodies * rows.freedoms, scaled.count() * D);
-        // a factor grows faster than linearly with the scalars: within these bounds the analyses decide
-        if 2 * bodies > 3 * contacts {
-            return None;
-        }
-        let graph = body_graph(&rows);
+    /// The system in body space where that is cheaper than contact space.
+    pub fn of(operator: &Operator<D>) -> Option<Self> {
+        let Operator::Bodies(rows) = operator else { return None };
+        let (bodies, contacts) = (rows.bodies * rows.freedoms, rows.pairs.len() * D);
+        let graph = body_graph(rows);
         let analysis = Analysis::new(&graph);
-        if 3 * bodies > contacts && Analysis::new(&scaled.graph).flops < analysis.flops {
-            return None;
+        // with so few contacts per body that contact space may be cheaper, the analyses decide
+        if 2 * bodies > contacts {
+            let matrix = operator.matrix(60 * rows.pairs.len() + 1000);
+            if matrix.is_some_and(|m| Analysis::new(&m.graph).flops < analysis.flops) {
+                return None;
+            }
         }
+        let rows = rows.clone();
         let offset = |a: u32, b: u32| {
             if a == NO_BODY || b == NO_BODY {
                 return NOWHERE;
@@ -71,7 +72,7 @@ impl<const D: usize> BodySpace<D> {
             factor: Factor::default(),
             values: vec![0.0; graph.values()],
             places,
-            compliance: vec![[[0.0; D]; D]; scaled.count()],
+            compliance: vec![[[0.0; D]; D]; rows.pairs.len()],
             change: vec![0.0; graph.scalars()],
             rows,
             graph,
@@ -123,9 +124,36 @@ impl<const D: usize> BodySpace<D> {
     }
 }
 
-impl Rows {
+impl<const D: usize> Rows<D> {
+    /// B_i B_j^T: a block of W.
+    pub fn coupling(&self, i: usize, j: usize) -> [[f64; D]; D] {
+        let mut block = [[0.0; D]; D];
+        let width = D * self.freedoms;
+        for (own, &a) in self.pairs[i].iter().enumerate().filter(|e| *e.1 != NO_BODY) {
+            for (other, _) in self.pairs[j].iter().enumerate().filter(|e| *e.1 == a) {
+                let left = &self.values[(2 * i + own) * width..][..width];
+                let right = &self.values[(2 * j + other) * width..][..width];
+                for (block, row) in block.iter_mut().zip(left.chunks_exact(self.freedoms)) {
+                    for (value, column) in block.iter_mut().zip(right.chunks_exact(self.freedoms)) {
+                        *value += row.iter().zip(column).map(|(a, b)| a * b).sum::<f64>();
+                    }
+                }
+            }
+        }
+        block
+    }
+    /// v += B_i^T x.
+    #[inline(always)]
+    pub fn push(&self, i: usize, x: &[f64; D], v: &mut [f64]) {
+        spread(&self.values[i * 2 * D * self.freedoms..], self.pairs[i], self.freedoms, x, v);
+    }
+    /// B_i v.
+    #[inline(always)]
+    pub fn relative(&self, i: usize, v: &[f64]) -> [f64; D] {
+        relative(&self.values[i * 2 * D * self.freedoms..], self.pairs[i], self.freedoms, v)
+    }
     /// W~ x through the bodies: B (B^T x); `change` holds B^T x afterwards.
-    pub fn product<const D: usize>(&self, x: &[[f64; D]], change: &mut Vec<f64>, out: &mut [[f64; D]]) {
+    pub fn product(&self, x: &[[f64; D]], change: &mut Vec<f64>, out: &mut [[f64; D]]) {
         change.clear();
         change.resize(self.bodies * self.freedoms, 0.0);
         for (i, pair) in self.pairs.iter().enumerate() {
@@ -200,7 +228,7 @@ fn add_product<const D: usize>(target: &mut [f64], left: &[f64], product: &[[f64
 }
 
 /// Which bodies share a contact.
-fn body_graph(rows: &Rows) -> Graph {
+fn body_graph<const D: usize>(rows: &Rows<D>) -> Graph {
     let mut near: Vec<Vec<u32>> = (0..rows.bodies as u32).map(|b| vec![b]).collect();
     for &[a, b] in &rows.pairs {
         if a != NO_BODY && b != NO_BODY {

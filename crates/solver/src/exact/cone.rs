@@ -44,8 +44,9 @@ pub fn project<S: Simd, const D: usize>(v: Lanes<S, D>, mu: Lane<S>) -> Lanes<S,
     let polar = -v[0];
     lanes!(zero; k => {
         let outside = if k == 0 { normal } else { scale * v[k] };
-        let outside = (mu * t).if_at_most(polar, zero, outside);
-        t.if_at_most(mu * v[0], v[k], outside)
+        // the polar cone first: without friction it holds what the other test would let pass
+        let nearest = t.if_at_most(mu * v[0], v[k], outside);
+        (mu * t).if_at_most(polar, zero, nearest)
     })
 }
 

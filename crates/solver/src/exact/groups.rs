@@ -4,7 +4,7 @@
 //! formed: where some contacts of a group stick and others are open it would hold 1e12 next to 1. Found from W~
 //! alone: such contacts are coupled to the same others.
 
-use super::scaled::Scaled;
+use super::operator::Matrix;
 use super::system::{Block, inverse};
 use crate::linear::{Analysis, Factor, Graph};
 
@@ -56,9 +56,9 @@ pub struct GroupSpace<const D: usize> {
 
 impl<const D: usize> GroupSpace<D> {
     /// The condensed system, if at least half of the contacts condense to fewer directions than they have rows.
-    pub fn of(scaled: &Scaled<D>) -> Option<Self> {
-        let mut groups = gather(&scaled.graph, D)?;
-        let (rows, columns) = sketches(scaled);
+    pub fn of(matrix: &Matrix) -> Option<Self> {
+        let mut groups = gather(&matrix.graph, D)?;
+        let (rows, columns) = sketches::<D>(matrix);
         for group in groups.iter_mut().filter(|g| g.contacts.len() > 1) {
             let n = group.contacts.len() * D;
             group.basis = basis(&group.contacts, &rows)?;
@@ -68,12 +68,12 @@ impl<const D: usize> GroupSpace<D> {
                 return None;
             }
         }
-        let mut owner = vec![0u32; scaled.count()];
+        let mut owner = vec![0u32; matrix.graph.nodes()];
         for (g, group) in groups.iter().enumerate() {
             group.contacts.iter().for_each(|&i| owner[i as usize] = g as u32);
         }
-        let graph = group_graph(scaled, &groups, &owner);
-        let reduced = reduce(scaled, &groups, &owner, &graph)?;
+        let graph = group_graph(matrix, &groups, &owner);
+        let reduced = reduce::<D>(matrix, &groups, &owner, &graph)?;
         let diagonal = (0..groups.len())
             .map(|g| graph.offsets[graph.position(g, g).expect("every row holds its diagonal")])
             .collect();
@@ -86,7 +86,7 @@ impl<const D: usize> GroupSpace<D> {
             values: reduced.clone(),
             reduced,
             diagonal,
-            compliance: vec![[[0.0; D]; D]; scaled.count()],
+            compliance: vec![[[0.0; D]; D]; matrix.graph.nodes()],
             pulled: vec![0.0; graph.scalars()],
             solution: vec![0.0; graph.scalars()],
             groups,
@@ -95,8 +95,8 @@ impl<const D: usize> GroupSpace<D> {
     }
 
     /// Factorises with D from `blocks`.
-    pub fn factorize(&mut self, scaled: &Scaled<D>, blocks: &[Block<D>]) -> bool {
-        for (compliance, block) in self.compliance.iter_mut().zip(&blocks[..scaled.count()]) {
+    pub fn factorize(&mut self, blocks: &[Block<D>]) -> bool {
+        for (compliance, block) in self.compliance.iter_mut().zip(blocks) {
             *compliance = inverse(block);
         }
         for group in self.groups.iter_mut().filter(|g| !g.basis.is_empty()) {
@@ -249,8 +249,8 @@ type Sketch<const D: usize> = [[f64; SKETCH]; D];
 
 /// The rows and the columns of W~ of every contact, gathered. Signs and places are scattered, so that no direction
 /// cancels except by accident, which `faithful` would tell.
-fn sketches<const D: usize>(scaled: &Scaled<D>) -> (Vec<Sketch<D>>, Vec<Sketch<D>>) {
-    let n = scaled.count();
+fn sketches<const D: usize>(matrix: &Matrix) -> (Vec<Sketch<D>>, Vec<Sketch<D>>) {
+    let n = matrix.graph.nodes();
     let (mut rows, mut columns) = (vec![[[0.0; SKETCH]; D]; n], vec![[[0.0; SKETCH]; D]; n]);
     let scatter = |i: usize| {
         let mixed = (i as u32).wrapping_mul(0x9E37_79B1) >> 16;
@@ -259,10 +259,10 @@ fn sketches<const D: usize>(scaled: &Scaled<D>) -> (Vec<Sketch<D>>, Vec<Sketch<D
     };
     for i in 0..n {
         let (own_sign, own_place) = scatter(i);
-        for k in scaled.graph.row(i) {
-            let j = scaled.graph.neighbours[k] as usize;
+        for k in matrix.graph.row(i) {
+            let j = matrix.graph.neighbours[k] as usize;
             let (sign, place) = scatter(j);
-            let block = &scaled.values[scaled.graph.offsets[k] as usize..][..D * D];
+            let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
             for r in 0..D {
                 for c in 0..D {
                     rows[i][r][place + c] += sign * block[r * D + c];
@@ -309,12 +309,12 @@ fn basis<const D: usize>(contacts: &[u32], sketches: &[Sketch<D>]) -> Option<Vec
 }
 
 /// Which groups are coupled.
-fn group_graph<const D: usize>(scaled: &Scaled<D>, groups: &[Group], owner: &[u32]) -> Graph {
+fn group_graph(matrix: &Matrix, groups: &[Group], owner: &[u32]) -> Graph {
     let (mut starts, mut neighbours) = (vec![0u32], Vec::new());
     for group in groups {
         let first = neighbours.len();
-        let row = scaled.graph.row(group.contacts[0] as usize);
-        neighbours.extend(scaled.graph.neighbours[row].iter().map(|&j| owner[j as usize]));
+        let row = matrix.graph.row(group.contacts[0] as usize);
+        neighbours.extend(matrix.graph.neighbours[row].iter().map(|&j| owner[j as usize]));
         neighbours[first..].sort_unstable();
         let mut end = first;
         for k in first..neighbours.len() {
@@ -331,16 +331,16 @@ fn group_graph<const D: usize>(scaled: &Scaled<D>, groups: &[Group], owner: &[u3
 
 /// V; `None` when condensing would change W~.
 fn reduce<const D: usize>(
-    scaled: &Scaled<D>,
+    matrix: &Matrix,
     groups: &[Group],
     owner: &[u32],
     graph: &Graph,
 ) -> Option<Vec<f64>> {
     let mut reduced = vec![0.0; graph.values()];
-    let largest = (0..scaled.count())
-        .map(|i| (0..D).fold(0.0_f64, |m, k| m.max(scaled.values[scaled.diagonal[i] as usize + k * D + k])))
+    let largest = (0..matrix.graph.nodes())
+        .map(|i| (0..D).fold(0.0_f64, |m, k| m.max(matrix.values[matrix.diagonal[i] as usize + k * D + k])))
         .fold(0.0, f64::max);
-    let mut place = vec![0usize; scaled.count()];
+    let mut place = vec![0usize; matrix.graph.nodes()];
     for group in groups {
         group.contacts.iter().enumerate().for_each(|(k, &i)| place[i as usize] = k);
     }
@@ -352,15 +352,15 @@ fn reduce<const D: usize>(
     };
     let rows_of = |i: usize| part(i, |g| &g.basis);
     let seen_of = |i: usize| part(i, |g| &g.seen);
-    for i in 0..scaled.count() {
+    for i in 0..matrix.graph.nodes() {
         let (g, own) = (owner[i] as usize, rows_of(i));
         let rank = groups[g].rank;
-        for k in scaled.graph.row(i) {
-            let j = scaled.graph.neighbours[k] as usize;
+        for k in matrix.graph.row(i) {
+            let j = matrix.graph.neighbours[k] as usize;
             let (h, other) = (owner[j] as usize, seen_of(j));
             let columns = groups[h].rank;
             let at = graph.offsets[graph.position(g, h)?] as usize;
-            let block = &scaled.values[scaled.graph.offsets[k] as usize..][..D * D];
+            let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
             let target = &mut reduced[at..at + rank * columns];
             for r in 0..D {
                 let mut right = [0.0; MOST];
@@ -377,12 +377,12 @@ fn reduce<const D: usize>(
             }
         }
     }
-    faithful(scaled, graph, &reduced, owner, (&rows_of, &seen_of), largest).then_some(reduced)
+    faithful::<D>(matrix, graph, &reduced, owner, (&rows_of, &seen_of), largest).then_some(reduced)
 }
 
 /// True when every block of W~ is Q_g V_gh R_h^T to rounding.
 fn faithful<'a, const D: usize>(
-    scaled: &Scaled<D>,
+    matrix: &Matrix,
     graph: &Graph,
     reduced: &[f64],
     owner: &[u32],
@@ -390,15 +390,15 @@ fn faithful<'a, const D: usize>(
     largest: f64,
 ) -> bool {
     let mut worst: f64 = 0.0;
-    for i in 0..scaled.count() {
+    for i in 0..matrix.graph.nodes() {
         let (g, own) = (owner[i] as usize, rows_of(i));
         let rank = own.len() / D;
-        for k in scaled.graph.row(i) {
-            let j = scaled.graph.neighbours[k] as usize;
+        for k in matrix.graph.row(i) {
+            let j = matrix.graph.neighbours[k] as usize;
             let other = seen_of(j);
             let columns = other.len() / D;
             let Some(at) = graph.position(g, owner[j] as usize) else { return false };
-            let block = &scaled.values[scaled.graph.offsets[k] as usize..][..D * D];
+            let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
             let v = &reduced[graph.offsets[at] as usize..][..rank * columns];
             for r in 0..D {
                 let mut left = [0.0; MOST];

@@ -92,7 +92,7 @@ fn step<const D: usize>(solve: &mut Solve<'_, D>, pair: &mut Pair<D>, start: Sta
     let system = &mut solve.system;
     let m = pair.complementarity(scaled.count());
     prepare(scaled, pair, start.smoothing * m, &mut system.blocks);
-    if !system.factorize(scaled) {
+    if !system.factorize() {
         return None;
     }
     // a start that is less central than asked must still be left

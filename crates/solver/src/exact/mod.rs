@@ -2,20 +2,21 @@
 //! A sweeps with the exact local solution; B interior point on the nonassociated law; C a Newton finisher inside B;
 //! D proximal Newton; E a ladder of other starts. The best iterate of all stages is returned with its errors.
 
-mod blocks;
+pub(crate) mod blocks;
 mod bodies;
 mod cone;
 mod groups;
 mod interior_point;
-mod judge;
-mod lane;
-mod local;
+pub(crate) mod judge;
+pub(crate) mod lane;
+pub(crate) mod local;
 mod newton;
+mod operator;
 mod proximal;
 mod scaled;
 mod stage;
 mod step;
-mod sweeps;
+pub(crate) mod sweeps;
 mod system;
 
 use crate::friction_problem::{FrictionProblem, measure, project_on_cone};

@@ -19,7 +19,7 @@ pub fn finish<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most
         }
         let system = &mut solve.system;
         newton_rows(&solve.scaled, (&x, &u), (0.0, SHIFT), (&mut system.blocks, &mut dx));
-        if !system.factorize(&solve.scaled) || !system.solve(&solve.scaled, &mut dx) {
+        if !system.factorize() || !system.solve(&solve.scaled, &mut dx) {
             return StageEnd::Stuck;
         }
         let mut step = 1.0;

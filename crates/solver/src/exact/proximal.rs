@@ -93,7 +93,7 @@ fn newton<const D: usize>(
         }
         let system = &mut solve.system;
         newton_rows(&solve.scaled, (z, &u), (weight, 0.0), (&mut system.blocks, &mut dx));
-        if !system.factorize(&solve.scaled) || !system.solve(&solve.scaled, &mut dx) {
+        if !system.factorize() || !system.solve(&solve.scaled, &mut dx) {
             break;
         }
         let mut step = 1.0;

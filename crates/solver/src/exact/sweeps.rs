@@ -1,9 +1,10 @@
 //! Stage A: Gauss-Seidel sweeps with the exact local solution, as long as they promise to be cheaper than the
 //! interior point. Knows the problem in its own units.
 
-use super::blocks::Blocks;
+use super::blocks::{Blocks, row_times};
 use super::judge::{Errors, errors};
 use super::local::solve_contact;
+use super::operator::Operator;
 use crate::watch::{Progress, Watch};
 
 /// How the sweeps ended.
@@ -17,23 +18,42 @@ pub enum Ended {
     Interrupted,
 }
 
-/// One sweep over all contacts.
-pub fn sweep<const D: usize>(blocks: &Blocks<D>, r: &mut [[f64; D]]) {
+/// One sweep over all contacts; `bodies` holds B^T r where W is given by rows on bodies.
+fn sweep<const D: usize>(blocks: &Blocks<D>, r: &mut [[f64; D]], bodies: &mut [f64]) {
     for i in 0..blocks.count() {
-        let mut b = blocks.row_times(i, r, true);
+        let mut b = match &blocks.operator {
+            Operator::Matrix(m) => row_times(&m.graph, &m.values, i, r, true),
+            Operator::Bodies(rows) => {
+                let mut seen = rows.relative(i, bodies);
+                for (seen, row) in seen.iter_mut().zip(&blocks.diagonal[i]) {
+                    *seen -= row.iter().zip(&r[i]).map(|(w, r)| w * r).sum::<f64>();
+                }
+                seen
+            }
+        };
         for k in 0..D {
             b[k] += blocks.velocity[i][k];
         }
-        r[i] = solve_contact(blocks.diagonal_block(i), &b, blocks.friction[i], &r[i]);
+        let found = solve_contact(blocks.diagonal[i].as_flattened(), &b, blocks.friction[i], &r[i]);
+        if let Operator::Bodies(rows) = &blocks.operator {
+            let change = std::array::from_fn(|k| found[k] - r[i][k]);
+            rows.push(i, &change, bodies);
+        }
+        r[i] = found;
     }
 }
 
-/// u = W r + q.
-pub fn velocities<const D: usize>(blocks: &Blocks<D>, r: &[[f64; D]], u: &mut [[f64; D]]) {
-    for (i, u) in u.iter_mut().enumerate().take(blocks.count()) {
-        *u = blocks.row_times(i, r, false);
+/// u = W r + q; leaves B^T r in `bodies`.
+pub fn velocities<const D: usize>(
+    blocks: &Blocks<D>,
+    r: &[[f64; D]],
+    u: &mut [[f64; D]],
+    bodies: &mut Vec<f64>,
+) {
+    blocks.operator.product(r, u, bodies);
+    for (u, q) in u.iter_mut().zip(&blocks.velocity[..blocks.count()]) {
         for k in 0..D {
-            u[k] += blocks.velocity[i][k];
+            u[k] += q[k];
         }
     }
 }
@@ -46,17 +66,19 @@ pub fn sweeps<const D: usize>(
     (r, u): (&mut [[f64; D]], &mut [[f64; D]]),
     watch: &mut Watch,
 ) -> (usize, Errors, Ended) {
-    let (contacts, couplings) = (blocks.count() as f64, blocks.graph.neighbours.len() as f64);
+    let (contacts, couplings) = (blocks.count() as f64, blocks.operator.couplings() as f64);
     let per_sweep = 3.0 * couplings + 50.0 * contacts;
     let interior_point = 14.0 * (250.0 * contacts + 30.0 * couplings) + 2000.0;
     let mut history: Vec<f64> = Vec::new();
+    let mut bodies = Vec::new();
+    velocities(blocks, r, u, &mut bodies);
     let mut found = Errors::default();
     for k in 1..=most {
-        sweep(blocks, r);
+        sweep(blocks, r, &mut bodies);
         if k > 8 && k % 4 != 0 && k < most {
             continue;
         }
-        velocities(blocks, r, u);
+        velocities(blocks, r, u, &mut bodies);
         found = errors(blocks, r, u);
         if found.solves(tolerance) {
             return (k, found, Ended::Solved);

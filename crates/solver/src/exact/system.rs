@@ -4,6 +4,7 @@
 
 use super::bodies::BodySpace;
 use super::groups::GroupSpace;
+use super::operator::{Matrix, Operator};
 use super::scaled::Scaled;
 use crate::linear::{Analysis, Factor};
 
@@ -35,8 +36,20 @@ enum Form<const D: usize> {
 struct ContactSpace {
     analysis: Analysis,
     factor: Factor,
+    matrix: Matrix,
     /// W~ + D.
     values: Vec<f64>,
+}
+
+impl ContactSpace {
+    fn of(matrix: Matrix) -> Self {
+        ContactSpace {
+            analysis: Analysis::new(&matrix.graph),
+            factor: Factor::default(),
+            values: matrix.values.clone(),
+            matrix,
+        }
+    }
 }
 
 /// A solution of a condensed system is corrected while its residual is above this share of the right-hand side.
@@ -45,14 +58,15 @@ const REFINED: f64 = 1e-11;
 impl<const D: usize> System<D> {
     /// The system of a scaled problem.
     pub fn of(scaled: &Scaled<D>) -> Self {
-        let form = match (BodySpace::of(scaled), GroupSpace::of(scaled)) {
-            (Some(bodies), _) => Form::Bodies(bodies),
-            (None, Some(groups)) => Form::Groups(groups),
-            (None, None) => Form::Contacts(ContactSpace {
-                analysis: Analysis::new(&scaled.graph),
-                factor: Factor::default(),
-                values: scaled.values.clone(),
-            }),
+        let form = match &scaled.operator {
+            Operator::Matrix(matrix) => match GroupSpace::of(matrix) {
+                Some(groups) => Form::Groups(groups),
+                None => Form::Contacts(ContactSpace::of(matrix.clone())),
+            },
+            operator => match BodySpace::of(operator) {
+                Some(bodies) => Form::Bodies(bodies),
+                None => Form::Contacts(ContactSpace::of(operator.matrix(usize::MAX).unwrap_or_default())),
+            },
         };
         let n = scaled.velocity.len();
         System {
@@ -64,19 +78,19 @@ impl<const D: usize> System<D> {
         }
     }
     /// Factorises W~ + D with the present `blocks`; false when it is singular.
-    pub fn factorize(&mut self, scaled: &Scaled<D>) -> bool {
+    pub fn factorize(&mut self) -> bool {
         self.factorisations += 1;
         match &mut self.form {
             Form::Contacts(space) => {
-                for (block, &at) in self.blocks.iter().zip(&scaled.diagonal) {
+                for (block, &at) in self.blocks.iter().zip(&space.matrix.diagonal) {
                     let at = at as usize;
                     for (k, &d) in block.as_flattened().iter().enumerate() {
-                        space.values[at + k] = scaled.values[at + k] + d;
+                        space.values[at + k] = space.matrix.values[at + k] + d;
                     }
                 }
                 space.factor.factorize(&space.analysis, &space.values)
             }
-            Form::Groups(space) => space.factorize(scaled, &self.blocks),
+            Form::Groups(space) => space.factorize(&self.blocks),
             Form::Bodies(space) => space.factorize(&self.blocks),
         }
     }

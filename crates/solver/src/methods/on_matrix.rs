@@ -1,21 +1,23 @@
-//! First-order methods on u = W r + q: sweeps over the compressed rows of W, gradient steps by products with it. Every
-//! pass costs as much as W has entries. Knows no method and no bodies.
+//! First-order methods on u = W r + q in blocks: sweeps with the exact solution of one contact (theory chapter 7),
+//! gradient steps by products with W. Every pass costs as much as W has entries. Knows no method and no bodies.
 
 use crate::cone::nearest_normal;
 use crate::cone_matrix::spectral_norm;
-use crate::friction_problem::{FrictionProblem, measure, natural_map_squared, project_on_cone};
+use crate::exact::blocks::Blocks;
+use crate::exact::judge::errors;
+use crate::exact::lane::padded;
+use crate::exact::local::solve_contact;
+use crate::exact::sweeps::velocities;
+use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
-use crate::methods::first_order::{Budget, FirstOrder, Memory, Method, Point};
+use crate::methods::first_order::{Budget, End, FirstOrder, Memory, Method, Point};
 use crate::watch::Watch;
 use std::marker::PhantomData;
 use std::time::Instant;
 
-/// A first-order method on matrices; holds memory between solves, nothing else.
+/// A first-order method on matrices.
 #[derive(Clone, Debug, Default)]
 pub struct OnMatrix<M> {
-    blocks: Vec<Block>,
-    at: RowPoint,
-    memory: Memory<RowPoint>,
     method: PhantomData<M>,
 }
 
@@ -31,26 +33,15 @@ impl<M: Method> FrictionSolver for OnMatrix<M> {
         watch: &mut Watch,
     ) -> FrictionOutcome {
         let start = Instant::now();
-        self.blocks.clear();
-        self.blocks.extend((0..problem.contacts()).map(|i| Block::of(problem, i)));
-        let length = problem.velocity.iter().map(|u| u * u).sum::<f64>().sqrt();
-        let form = Rows { problem, blocks: &self.blocks, scale: if length > 0.0 { length } else { 1.0 } };
-        let given = &mut self.at.impulses;
-        given.clear();
-        given.extend(impulses.iter().map(|r| if r.is_finite() { *r } else { 0.0 }));
-        for (r, &mu) in given.chunks_exact_mut(problem.dimension).zip(&problem.friction) {
+        impulses.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
+        for (r, &mu) in impulses.chunks_exact_mut(problem.dimension).zip(&problem.friction) {
             project_on_cone(r, mu);
         }
-        impulses.copy_from_slice(given);
-        form.refresh(&mut self.at);
-        // the measure is a length over all contacts: no entry of it is larger
-        let small_change = 10.0 * settings.tolerance * form.scale;
-        let budget = Budget { iterations: settings.iterations, tolerance: settings.tolerance, small_change };
-        let end = M::run(&form, &budget, &mut self.at, &mut self.memory, watch);
-        let finite = self.at.impulses.iter().all(|r| r.is_finite());
-        if finite {
-            impulses.copy_from_slice(&self.at.impulses);
-        }
+        let (end, finite) = match problem.dimension {
+            1 => run::<M, 1>(problem, settings, impulses, watch),
+            2 => run::<M, 2>(problem, settings, impulses, watch),
+            _ => run::<M, 3>(problem, settings, impulses, watch),
+        };
         let seconds = start.elapsed().as_secs_f64();
         let measure = measure(problem, impulses);
         let solved = measure.solves(settings.tolerance);
@@ -76,22 +67,50 @@ impl<M: Method> FrictionSolver for OnMatrix<M> {
     }
 }
 
-/// Impulses, and the velocities W r + q after them.
-#[derive(Clone, Debug, Default)]
-pub struct RowPoint {
-    impulses: Vec<f64>,
-    velocities: Vec<f64>,
+/// Runs a method from `impulses`, which take the answer unless it outgrew all numbers; then false.
+fn run<M: Method, const D: usize>(
+    problem: &FrictionProblem,
+    settings: &FrictionSettings,
+    impulses: &mut [f64],
+    watch: &mut Watch,
+) -> (End, bool) {
+    let blocks = Blocks::<D>::of(problem);
+    let form = Rows { blocks: &blocks, steps: (0..blocks.count()).map(|i| Step::of(&blocks, i)).collect() };
+    let mut at = RowPoint::<D>::default();
+    at.impulses.extend(impulses.chunks_exact(D).map(|r| -> [f64; D] { std::array::from_fn(|k| r[k]) }));
+    at.impulses.resize(padded(blocks.count()), [0.0; D]);
+    form.refresh(&mut at);
+    let length = problem.velocity.iter().map(|u| u * u).sum::<f64>().sqrt();
+    // a tenth in hand for what rounding moves; the measure is a length over all contacts: no entry of it is larger
+    let tolerance = 0.9 * settings.tolerance;
+    let small_change = 10.0 * tolerance * if length > 0.0 { length } else { 1.0 };
+    let budget = Budget { iterations: settings.iterations, tolerance, small_change };
+    let end = M::run(&form, &budget, &mut at, &mut Memory::default(), watch);
+    let finite = at.impulses.iter().flatten().all(|r| r.is_finite());
+    if finite {
+        impulses.chunks_exact_mut(D).zip(&at.impulses).for_each(|(r, found)| r.copy_from_slice(found));
+    }
+    (end, finite)
 }
 
-impl Point for RowPoint {
+/// Impulses per contact, padded to whole packs, and the velocities W r + q after them.
+#[derive(Clone, Debug, Default)]
+struct RowPoint<const D: usize> {
+    impulses: Vec<[f64; D]>,
+    velocities: Vec<[f64; D]>,
+}
+
+impl<const D: usize> Point for RowPoint<D> {
     fn copy_from(&mut self, other: &Self) {
         self.impulses.clone_from(&other.impulses);
         self.velocities.clone_from(&other.velocities);
     }
     fn blend(&mut self, own: f64, (f, x): (f64, &Self), (g, y): (f64, &Self)) {
-        let mix = |mine: &mut [f64], xs: &[f64], ys: &[f64]| {
+        let mix = |mine: &mut [[f64; D]], xs: &[[f64; D]], ys: &[[f64; D]]| {
             for ((m, x), y) in mine.iter_mut().zip(xs).zip(ys) {
-                *m = own * *m + f * x + g * y;
+                for k in 0..D {
+                    m[k] = own * m[k] + f * x[k] + g * y[k];
+                }
             }
         };
         mix(&mut self.impulses, &x.impulses, &y.impulses);
@@ -99,156 +118,101 @@ impl Point for RowPoint {
     }
 }
 
-/// What a method needs of the diagonal block of a contact.
+/// The scalar steps of a contact's diagonal block: W_nn and the norm of W_tt \[1/kg\].
 #[derive(Clone, Copy, Debug)]
-struct Block {
-    /// W_nn.
+struct Step {
     normal: f64,
-    /// The norm of W_tt: the scalar friction step 1/|W_tt| has Coulomb's law as its fixed point.
     tangential: f64,
-    /// W_tn: what a unit normal impulse adds to the slip.
-    coupling: [f64; 2],
-    /// The norm of the block, in which `Measure::scaled` measures.
-    norm: f64,
 }
 
-impl Block {
-    fn of(problem: &FrictionProblem, contact: usize) -> Self {
-        let d = problem.dimension;
-        let range = d * contact..d * contact + d;
-        let mut rows = vec![vec![0.0; d]; d];
-        for (row, i) in rows.iter_mut().zip(range.clone()) {
-            let inside = problem.matrix.row(i).filter(|(j, _)| range.contains(j));
-            inside.for_each(|(j, x)| row[j - range.start] += x);
-        }
-        let or_one = |x: f64| if x > 0.0 { x } else { 1.0 };
-        let tangents: Vec<Vec<f64>> = rows[1..].iter().map(|row| row[1..].to_vec()).collect();
-        let mut coupling = [0.0; 2];
-        coupling.iter_mut().zip(&rows[1..]).for_each(|(c, row)| *c = row[0]);
-        let norm = or_one(norm_of(&rows));
-        let normal = if rows[0][0] > 0.0 { rows[0][0] } else { norm };
-        let tangential = norm_of(&tangents);
-        let tangential = if tangential > 0.0 { tangential } else { normal };
-        Block { normal, tangential, coupling, norm }
+impl Step {
+    fn of<const D: usize>(blocks: &Blocks<D>, contact: usize) -> Self {
+        let w = blocks.diagonal[contact];
+        let normal = if w[0][0] > 0.0 { w[0][0] } else { blocks.norms[contact] };
+        let tangential = match D {
+            1 => normal,
+            2 => w[1][1].abs(),
+            _ => spectral_norm::<2>(&[w[1][1], w[1][2], w[2][1], w[2][2]]),
+        };
+        Step { normal, tangential: if tangential > 0.0 { tangential } else { normal } }
     }
 }
 
-/// Spectral norm of a square block of at most three rows.
-fn norm_of(rows: &[Vec<f64>]) -> f64 {
-    let block = rows.concat();
-    match rows.len() {
-        0 => 0.0,
-        1 => spectral_norm::<1>(&block),
-        2 => spectral_norm::<2>(&block),
-        _ => spectral_norm::<3>(&block),
-    }
+/// A problem in blocks.
+struct Rows<'a, const D: usize> {
+    blocks: &'a Blocks<D>,
+    steps: Vec<Step>,
 }
 
-/// A problem with its diagonal blocks.
-struct Rows<'a> {
-    problem: &'a FrictionProblem,
-    blocks: &'a [Block],
-    /// |q|, or 1.
-    scale: f64,
-}
-
-impl Rows<'_> {
-    /// (W r + q)_i.
-    fn velocity(&self, r: &[f64], i: usize) -> f64 {
-        self.problem.matrix.row(i).map(|(j, x)| x * r[j]).sum::<f64>() + self.problem.velocity[i]
-    }
-}
-
-impl FirstOrder for Rows<'_> {
-    type Point = RowPoint;
+impl<const D: usize> FirstOrder for Rows<'_, D> {
+    type Point = RowPoint<D>;
     const SWEEPS_KEEP_VELOCITIES: bool = false;
 
-    fn sweep(&self, at: &mut RowPoint) -> f64 {
-        let (d, r) = (self.problem.dimension, &mut at.impulses);
+    fn sweep(&self, at: &mut RowPoint<D>) -> f64 {
+        let (blocks, r) = (self.blocks, &mut at.impulses);
         let mut change: f64 = 0.0;
-        for (i, (block, &mu)) in self.blocks.iter().zip(&self.problem.friction).enumerate() {
-            let first = d * i;
-            let normal = (r[first] - self.velocity(r, first) / block.normal).max(0.0);
-            let delta = normal - r[first];
-            change = change.max((delta * block.normal).abs());
-            if mu > 0.0 && d > 1 {
-                let (mut trial, mut size) = ([0.0; 2], 0.0);
-                for k in 0..d - 1 {
-                    let slip = self.velocity(r, first + 1 + k) + block.coupling[k] * delta;
-                    trial[k] = r[first + 1 + k] - slip / block.tangential;
-                    size += trial[k] * trial[k];
-                }
-                let size = size.sqrt();
-                let shrink = if size > mu * normal { mu * normal / size } else { 1.0 };
-                for k in 0..d - 1 {
-                    let tangent = shrink * trial[k];
-                    change = change.max(((tangent - r[first + 1 + k]) * block.tangential).abs());
-                    r[first + 1 + k] = tangent;
-                }
+        for i in 0..blocks.count() {
+            let mut b = blocks.row_times(i, r, true);
+            for k in 0..D {
+                b[k] += blocks.velocity[i][k];
             }
-            r[first] = normal;
+            let new = solve_contact(blocks.diagonal[i].as_flattened(), &b, blocks.friction[i], &r[i]);
+            let squared: f64 = (0..D).map(|k| (new[k] - r[i][k]) * (new[k] - r[i][k])).sum();
+            r[i] = new;
+            let moved = squared.sqrt() * blocks.norms[i];
+            // what is no number must not vanish in a comparison
+            change = if moved > change || moved.is_nan() { moved } else { change };
         }
         change
     }
 
-    fn descend(&self, from: &RowPoint, step: f64, to: &mut RowPoint) {
-        let d = self.problem.dimension;
-        for (i, (block, &mu)) in self.blocks.iter().zip(&self.problem.friction).enumerate() {
-            let range = d * i..d * i + d;
-            let (r, u) = (&from.impulses[range.clone()], &from.velocities[range.clone()]);
-            let new = &mut to.impulses[range];
+    fn descend(&self, from: &RowPoint<D>, step: f64, to: &mut RowPoint<D>) {
+        for (i, m) in self.steps.iter().enumerate() {
+            let (r, u, mu) = (&from.impulses[i], &from.velocities[i], self.blocks.friction[i]);
+            let mut new = *r;
             let length = |x: &[f64]| x.iter().map(|a| a * a).sum::<f64>().sqrt();
-            let stretch = (block.tangential / block.normal).sqrt();
-            let lowered = r[0] - step / block.normal * (u[0] + mu * length(&u[1..]));
-            for k in 1..d {
-                new[k] = r[k] - step / block.tangential * u[k];
+            let stretch = (m.tangential / m.normal).sqrt();
+            let lowered = r[0] - step / m.normal * (u[0] + mu * length(&u[1..]));
+            for k in 1..D {
+                new[k] -= step / m.tangential * u[k];
             }
             let size = length(&new[1..]);
             new[0] = nearest_normal(lowered, &[stretch * size], stretch * mu);
             let limit = mu * new[0];
             let shrink = if size > limit { limit / size } else { 1.0 };
             new[1..].iter_mut().for_each(|t| *t *= shrink);
+            to.impulses[i] = new;
         }
         self.refresh(to);
     }
 
-    fn refresh(&self, at: &mut RowPoint) {
-        at.velocities.clear();
-        at.velocities.extend((0..at.impulses.len()).map(|i| self.velocity(&at.impulses, i)));
+    fn refresh(&self, at: &mut RowPoint<D>) {
+        at.velocities.resize(at.impulses.len(), [0.0; D]);
+        velocities(self.blocks, &at.impulses, &mut at.velocities, &mut Vec::new());
     }
 
-    fn product(&self, [x, y]: [&RowPoint; 2], [z, w]: [&RowPoint; 2]) -> f64 {
-        let d = self.problem.dimension;
+    fn product(&self, [x, y]: [&RowPoint<D>; 2], [z, w]: [&RowPoint<D>; 2]) -> f64 {
         let mut sum = 0.0;
-        for (i, block) in self.blocks.iter().enumerate() {
-            let part = |k: usize| (x.impulses[k] - y.impulses[k]) * (z.impulses[k] - w.impulses[k]);
-            let tangential: f64 = (d * i + 1..d * i + d).map(part).sum();
-            sum += part(d * i) * block.normal + tangential * block.tangential;
+        for (i, m) in self.steps.iter().enumerate() {
+            let part =
+                |k: usize| (x.impulses[i][k] - y.impulses[i][k]) * (z.impulses[i][k] - w.impulses[i][k]);
+            sum += part(0) * m.normal + (1..D).map(part).sum::<f64>() * m.tangential;
         }
         sum
     }
 
-    fn curvature(&self, x: &RowPoint, y: &RowPoint) -> f64 {
-        let impulses = x.impulses.iter().zip(&y.impulses);
-        let velocities = x.velocities.iter().zip(&y.velocities);
-        impulses.zip(velocities).map(|((x, y), (u, v))| (x - y) * (u - v)).sum()
+    fn curvature(&self, x: &RowPoint<D>, y: &RowPoint<D>) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..self.blocks.count() {
+            for k in 0..D {
+                sum += (x.impulses[i][k] - y.impulses[i][k]) * (x.velocities[i][k] - y.velocities[i][k]);
+            }
+        }
+        sum
     }
 
     /// The larger of `Measure::natural` and a tenth of `Measure::scaled`, which `Measure::solves` bounds.
-    fn residual(&self, at: &RowPoint) -> f64 {
-        let d = self.problem.dimension;
-        let (mut natural, mut scaled) = (0.0, 0.0);
-        for (i, (block, &mu)) in self.blocks.iter().zip(&self.problem.friction).enumerate() {
-            let range = d * i..d * i + d;
-            let (r, u) = (&at.impulses[range.clone()], &at.velocities[range]);
-            let mut u_hat = [0.0; 3];
-            let u_hat = &mut u_hat[..d];
-            u_hat.copy_from_slice(u);
-            u_hat[0] += mu * u[1..].iter().map(|u| u * u).sum::<f64>().sqrt();
-            natural += natural_map_squared(r, u_hat, 1.0, mu);
-            scaled += natural_map_squared(r, u_hat, 1.0 / block.norm, mu);
-        }
-        let worst = f64::max(natural.sqrt(), 0.1 * scaled.sqrt()) / self.scale;
-        if natural.is_nan() || scaled.is_nan() { f64::INFINITY } else { worst }
+    fn residual(&self, at: &RowPoint<D>) -> f64 {
+        errors(self.blocks, &at.impulses, &at.velocities).worst()
     }
 }

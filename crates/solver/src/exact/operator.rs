@@ -1,0 +1,140 @@
+//! W as an operator: blocks of a matrix, or contacts' rows on bodies, W = B B^T. The second knows no W at all: its
+//! cost is linear in the contacts however many of them meet at one body.
+
+use super::blocks::row_times;
+use super::bodies::{NO_BODY, Rows};
+use crate::linear::Graph;
+
+/// W in one of its two forms.
+#[derive(Clone, Debug)]
+pub enum Operator<const D: usize> {
+    /// D x D blocks on a symmetric pattern.
+    Matrix(Matrix),
+    /// Rows on bodies.
+    Bodies(Rows<D>),
+}
+
+/// Blocks, row by row, in the graph's order.
+#[derive(Clone, Debug, Default)]
+pub struct Matrix {
+    /// Which contacts are coupled.
+    pub graph: Graph,
+    /// The blocks.
+    pub values: Vec<f64>,
+    /// Where the diagonal blocks start in the values.
+    pub diagonal: Vec<u32>,
+}
+
+impl Matrix {
+    /// A matrix from its parts.
+    pub fn new(graph: Graph, values: Vec<f64>) -> Self {
+        let diagonal = (0..graph.nodes())
+            .map(|i| graph.offsets[graph.position(i, i).expect("every row holds its diagonal")])
+            .collect();
+        Matrix { graph, values, diagonal }
+    }
+}
+
+impl<const D: usize> Operator<D> {
+    /// Number of contacts.
+    pub fn count(&self) -> usize {
+        match self {
+            Operator::Matrix(m) => m.graph.nodes(),
+            Operator::Bodies(rows) => rows.pairs.len(),
+        }
+    }
+    /// Coupled pairs of contacts, or what costs as much.
+    pub fn couplings(&self) -> usize {
+        match self {
+            Operator::Matrix(m) => m.graph.neighbours.len(),
+            Operator::Bodies(rows) => 8 * rows.pairs.len(),
+        }
+    }
+    /// W_ii.
+    pub fn diagonal_block(&self, i: usize) -> [[f64; D]; D] {
+        match self {
+            Operator::Matrix(m) => {
+                let block = &m.values[m.diagonal[i] as usize..][..D * D];
+                std::array::from_fn(|r| std::array::from_fn(|c| block[r * D + c]))
+            }
+            Operator::Bodies(rows) => rows.coupling(i, i),
+        }
+    }
+    /// out = W x; `bodies` is memory for B^T x.
+    pub fn product(&self, x: &[[f64; D]], out: &mut [[f64; D]], bodies: &mut Vec<f64>) {
+        match self {
+            Operator::Matrix(m) => {
+                for (i, out) in out.iter_mut().enumerate().take(m.graph.nodes()) {
+                    *out = row_times(&m.graph, &m.values, i, x, false);
+                }
+            }
+            Operator::Bodies(rows) => rows.product(x, bodies, out),
+        }
+    }
+    /// S W S with S diagonal; a zero in S uncouples its row.
+    pub fn scaled(&self, stretch: &[[f64; D]]) -> Self {
+        match self {
+            Operator::Matrix(m) => {
+                let mut m = m.clone();
+                for i in 0..m.graph.nodes() {
+                    for k in m.graph.row(i) {
+                        let j = m.graph.neighbours[k] as usize;
+                        let at = m.graph.offsets[k] as usize;
+                        for (e, value) in m.values[at..at + D * D].iter_mut().enumerate() {
+                            *value *= stretch[i][e / D] * stretch[j][e % D];
+                        }
+                    }
+                }
+                Operator::Matrix(m)
+            }
+            Operator::Bodies(rows) => {
+                let mut rows = rows.clone();
+                let width = rows.freedoms;
+                for (i, both) in rows.values.chunks_exact_mut(2 * D * width).enumerate() {
+                    for (k, row) in both.chunks_exact_mut(width).enumerate() {
+                        row.iter_mut().for_each(|b| *b *= stretch[i][k % D]);
+                    }
+                }
+                Operator::Bodies(rows)
+            }
+        }
+    }
+    /// The blocks of W; `None` when there would be more than `most` of them.
+    pub fn matrix(&self, most: usize) -> Option<Matrix> {
+        match self {
+            Operator::Matrix(m) => Some(m.clone()),
+            Operator::Bodies(rows) => assembled(rows, most),
+        }
+    }
+}
+
+/// W = B B^T, block by block.
+fn assembled<const D: usize>(rows: &Rows<D>, most: usize) -> Option<Matrix> {
+    let mut touching: Vec<Vec<u32>> = vec![Vec::new(); rows.bodies];
+    for (i, pair) in rows.pairs.iter().enumerate() {
+        pair.iter().filter(|&&b| b != NO_BODY).for_each(|&b| touching[b as usize].push(i as u32));
+    }
+    if touching.iter().map(|t| t.len() * t.len()).sum::<usize>() > most {
+        return None;
+    }
+    let (mut starts, mut neighbours) = (vec![0u32], Vec::new());
+    let mut near: Vec<u32> = Vec::new();
+    for (i, pair) in rows.pairs.iter().enumerate() {
+        near.clear();
+        near.push(i as u32);
+        pair.iter().filter(|&&b| b != NO_BODY).for_each(|&b| near.extend_from_slice(&touching[b as usize]));
+        near.sort_unstable();
+        near.dedup();
+        neighbours.extend_from_slice(&near);
+        starts.push(neighbours.len() as u32);
+    }
+    let graph = Graph::new(vec![D as u32; rows.pairs.len()], starts, neighbours);
+    let mut values = vec![0.0; graph.values()];
+    for i in 0..graph.nodes() {
+        for k in graph.row(i) {
+            let block = rows.coupling(i, graph.neighbours[k] as usize);
+            values[graph.offsets[k] as usize..][..D * D].copy_from_slice(block.as_flattened());
+        }
+    }
+    Some(Matrix::new(graph, values))
+}

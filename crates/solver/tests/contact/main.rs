@@ -1,0 +1,17 @@
+//! What every solver of frictional contact owes: an answer that is certified or refused, on problems that nobody
+//! would write down and on structures with known forces. Solvers enter in `solvers.rs`; every test runs over all.
+
+#[path = "../common/mod.rs"]
+#[macro_use]
+mod common;
+
+mod census;
+mod certified;
+mod directions;
+mod judge;
+mod oracle;
+mod random;
+mod scenes;
+mod solvers;
+mod statics;
+mod symmetry;
