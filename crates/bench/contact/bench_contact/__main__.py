@@ -100,7 +100,7 @@ def arguments() -> argparse.Namespace:
 
 
 def report(rows: list[table.Row], tolerances: tuple[str, ...], shown: list[str]) -> None:
-    """Prints what the rows come to: friction and complementarity apart, over all settings and the usual ones."""
+    """Prints what the rows come to: friction and complementarity apart, all and usual settings."""
     for what, kept in (
         ("Friction", [row for row in rows if row.rows_per_contact > 1]),
         ("Complementarity", [row for row in rows if row.rows_per_contact == 1]),
