@@ -118,14 +118,18 @@ def climb(peer, wanted, own, first, limit):
         signal.setitimer(signal.ITIMER_PROF, 0)
         return tolerance, r, seconds, iterations, peer.problem.measure(r)
 
+    spent = 0.0
     while own > 1e-17:
         done = attempt(own)
+        spent += done[2]
         if done[4] <= wanted:
             if own < first:
                 looser = attempt(own * 10**0.5)
                 if looser[4] <= wanted and looser[2] < done[2]:
                     done = looser
             return done
+        if spent > 3 * limit:
+            return None
         own *= 0.1
     return None
 

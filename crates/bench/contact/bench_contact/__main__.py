@@ -99,6 +99,19 @@ def arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
+def report(rows: list[table.Row], tolerances: tuple[str, ...], shown: list[str]) -> None:
+    """Prints what the rows come to: friction and complementarity apart, all and usual settings."""
+    for what, kept in (
+        ("Friction", [row for row in rows if row.rows_per_contact > 1]),
+        ("Complementarity", [row for row in rows if row.rows_per_contact == 1]),
+    ):
+        if kept:
+            print(f"\n{what}, all settings of the references:")
+            print(table.summary(kept, tolerances, shown))
+            print(f"{what}, only the settings that published comparisons tried:")
+            print(table.summary([row.usual() for row in kept], tolerances, shown))
+
+
 def main() -> int:
     """Runs, prints, saves."""
     given = arguments()
@@ -134,10 +147,7 @@ def main() -> int:
             print(table.line(row, tolerances, shown), flush=True)
             if given.out:
                 table.save(given.out / machine() / f"{given.name}.csv", rows)
-    print("\nAll settings of the references:")
-    print(table.summary(rows, tolerances, shown))
-    print("\nOnly the settings that published comparisons tried:")
-    print(table.summary([row.usual() for row in rows], tolerances, shown))
+    report(rows, tolerances, shown)
     return 0
 
 

@@ -52,7 +52,8 @@ impl Program {
         }
         let quadratic = CscMatrix::new(n, n, starts, rows, values);
         let linear = problem.velocity.iter().zip(&gain).map(|(q, g)| q * g).collect();
-        let factor = |row: usize| if d > 1 && row % d == 0 { problem.friction[row / d] } else { 1.0 };
+        let factor =
+            |row: usize| if d > 1 && row.is_multiple_of(d) { problem.friction[row / d] } else { 1.0 };
         let diagonal = (0..n).map(|row| -factor(row)).collect();
         let constraints = CscMatrix::new(n, n, (0..=n).collect(), (0..n).collect(), diagonal);
         let cone = |_| if d > 1 { SecondOrderConeT(d) } else { NonnegativeConeT(1) };

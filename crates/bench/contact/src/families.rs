@@ -28,37 +28,41 @@ impl Made {
 
 /// Friction at which arches, houses of cards and tables stand \[1\].
 const ROUGH: f64 = 0.7;
+/// Friction at which they slide \[1\].
+const SMOOTH: f64 = 0.2;
 
-/// Stacks with mass ratios 1:1e3 and 1:1e6, arches, card houses, hyperstatic tables, in the plane and in space,
-/// at rest.
+/// Stacks with mass ratios 1:1e3 and 1:1e6, arches, card houses, hyperstatic tables: in the plane and in space, at
+/// rest and sheared sideways with less friction, so that contacts slide.
 ///
 /// # Errors
 /// None is known; those of the parts' masses.
 pub fn structures() -> Result<Vec<Made>, ShapeError> {
     let mut all = Vec::new();
-    in_space::<Planar>(&mut all)?;
-    in_space::<Spatial>(&mut all)?;
+    let sliding = Variation::sheared(1).with_friction(SMOOTH);
+    for (kind, v) in [("rest", Variation::at_rest(1).with_friction(ROUGH)), ("sheared", sliding)] {
+        in_space::<Planar>(kind, &v, &mut all)?;
+        in_space::<Spatial>(kind, &v, &mut all)?;
+    }
     Ok(all)
 }
 
-fn in_space<S: Stage>(all: &mut Vec<Made>) -> Result<(), ShapeError> {
+fn in_space<S: Stage>(kind: &str, v: &Variation, all: &mut Vec<Made>) -> Result<(), ShapeError> {
     let space = S::NAME;
-    let rough = Variation::at_rest(1).with_friction(ROUGH);
     for (label, ratio) in [("1e3", 1e3), ("1e6", 1e6)] {
         for (end, top) in [("top", true), ("bottom", false)] {
-            let name = format!("stack_{label}_{end}_{space}");
-            all.push(Made::of("stack", name, &stack::<S>(10, ratio, top, &rough)?));
+            let name = format!("stack_{label}_{end}_{space}_{kind}");
+            all.push(Made::of("stack", name, &stack::<S>(10, ratio, top, v)?));
         }
     }
     for stones in [9, 25] {
-        all.push(Made::of("arch", format!("arch_{stones}_{space}"), &arch::<S>(stones, &rough)?));
+        all.push(Made::of("arch", format!("arch_{stones}_{space}_{kind}"), &arch::<S>(stones, v)?));
     }
     for levels in [3, 6] {
-        let name = format!("card_house_{levels}_{space}");
-        all.push(Made::of("card_house", name, &card_house::<S>(levels, &rough)?));
+        let name = format!("card_house_{levels}_{space}_{kind}");
+        all.push(Made::of("card_house", name, &card_house::<S>(levels, v)?));
     }
     for legs in [4, 8, 16] {
-        all.push(Made::of("table", format!("table_{legs}_{space}"), &table::<S>(legs, &rough)?));
+        all.push(Made::of("table", format!("table_{legs}_{space}_{kind}"), &table::<S>(legs, v)?));
     }
     Ok(())
 }
