@@ -73,6 +73,9 @@ fn refusal<S: Space>(problem: &ContactProblem<S>) -> Option<String> {
             problem.rows.len()
         ));
     }
+    if !problem.resistances.is_empty() {
+        return Some("exact knows no rolling or spinning friction; use pgs, nncg or apgd".into());
+    }
     let boxed = S::SLIP > 1 && problem.friction_law == FrictionLaw::Box;
     boxed.then(|| "exact knows Coulomb's disc, and the problem asks for box friction; use pgs".into())
 }

@@ -79,22 +79,3 @@ impl<const D: usize> WithSimd for Judge<'_, D> {
 pub fn errors<const D: usize>(blocks: &Blocks<D>, r: &[[f64; D]], u: &[[f64; D]]) -> Errors {
     Arch::new().dispatch(Judge(blocks, r, u))
 }
-
-/// Largest natural-map error of a contact in velocity units \[m/s\], and which.
-pub fn worst_contact<const D: usize>(blocks: &Blocks<D>, r: &[[f64; D]], u: &[[f64; D]]) -> (usize, f64) {
-    let mut worst = (0, 0.0);
-    for i in 0..blocks.count() {
-        let mut trial = r[i];
-        let slip = u[i][1..].iter().map(|t| t * t).sum::<f64>().sqrt();
-        for k in 0..D {
-            let velocity = if k == 0 { u[i][0] + blocks.friction[i] * slip } else { u[i][k] };
-            trial[k] -= velocity / blocks.norms[i];
-        }
-        crate::friction_problem::project_on_cone(&mut trial, blocks.friction[i]);
-        let off = (0..D).map(|k| (trial[k] - r[i][k]).powi(2)).sum::<f64>().sqrt() * blocks.norms[i];
-        if off > worst.1 {
-            worst = (i, off);
-        }
-    }
-    worst
-}

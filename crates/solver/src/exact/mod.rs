@@ -2,6 +2,9 @@
 //! A sweeps with the exact local solution; B interior point on the nonassociated law; C a Newton finisher inside B;
 //! D proximal Newton; E a ladder of other starts. The best iterate of all stages is returned with its errors.
 
+// components are read by their index as in the equations; a negated comparison lets NaN through, as it should
+#![allow(clippy::needless_range_loop, clippy::neg_cmp_op_on_partial_ord)]
+
 pub(crate) mod blocks;
 mod bodies;
 mod cone;
@@ -205,7 +208,7 @@ fn solve_blocks<const D: usize>(
     let scaled = Scaled::of(blocks);
     let system = System::of(&scaled);
     let mut best = vec![[0.0; D]; r.len()];
-    scaled.from_impulses(r, &mut best);
+    scaled.in_cone_units(r, &mut best);
     let mut solve = Solve {
         blocks,
         scaled,

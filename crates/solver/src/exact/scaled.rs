@@ -122,7 +122,7 @@ impl<const D: usize> Scaled<D> {
         }
     }
     /// Impulses in the units of the cone.
-    pub fn from_impulses(&self, r: &[[f64; D]], x: &mut [[f64; D]]) {
+    pub fn in_cone_units(&self, r: &[[f64; D]], x: &mut [[f64; D]]) {
         for i in 0..self.count() {
             for k in 0..D {
                 x[i][k] = r[i][k] / (self.stretch[i][k] * self.impulse_unit);

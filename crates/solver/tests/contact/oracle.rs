@@ -180,7 +180,7 @@ impl FrictionSolver for Oracle {
             r
         };
         let mut best = (judge::errors(problem, &given(&vec![0.0; s.q.len()])), vec![0.0; s.q.len()]);
-        let (mut r, mut rounds, mut share) = (best.1.clone(), 0, 1.0);
+        let (mut rounds, mut share) = (0, 1.0);
         let (mut held, mut moved) = (vec![0.0; s.q.len()], f64::INFINITY);
         let mut reason = String::new();
         while !best.0.solve(settings.tolerance) {
@@ -195,13 +195,13 @@ impl FrictionSolver for Oracle {
             }
             rounds += 1;
             let linear: Vec<f64> = s.q.iter().zip(&held).map(|(q, h)| q + h).collect();
-            match s.cone_program(&linear) {
-                Ok(found) => r = found,
+            let r = match s.cone_program(&linear) {
+                Ok(found) => found,
                 Err(why) => {
                     reason = why;
                     break;
                 }
-            }
+            };
             let errors = judge::errors(problem, &given(&r));
             if errors.worst() < best.0.worst() {
                 best = (errors, r.clone());
