@@ -295,7 +295,7 @@ macro_rules! stamp {
                 law: Option<&str>,
                 start: Option<Vec<f64>>,
             ) -> PyResult<Bound<'py, PyDict>> {
-                let settings = SolveSettings { iterations, tolerance };
+                let settings = SolveSettings { iterations, tolerance, ..SolveSettings::default() };
                 self.inner.solve(py, solver, settings, law, start.as_deref())
             }
         }

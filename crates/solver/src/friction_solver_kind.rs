@@ -1,5 +1,6 @@
 //! The solvers of problems in matrix form, by name.
 
+use crate::exact::Exact;
 use crate::friction_solver::FrictionSolver;
 use crate::methods::on_matrix::OnMatrix;
 use crate::methods::{apgd::Apgd, enumeration::Enumeration, lemke::Lemke, nncg::Nncg, pgs::Sweeps};
@@ -21,16 +22,19 @@ pub enum FrictionSolverKind {
     Lemke,
     /// Every combination of contact modes: an oracle for a handful of contacts.
     Enumeration,
+    /// Interior point and Newton on the nonassociated law: true Coulomb friction to any tolerance.
+    Exact,
 }
 
 impl FrictionSolverKind {
     /// All solvers.
-    pub const ALL: [FrictionSolverKind; 5] = [
+    pub const ALL: [FrictionSolverKind; 6] = [
         FrictionSolverKind::Pgs,
         FrictionSolverKind::Nncg,
         FrictionSolverKind::Apgd,
         FrictionSolverKind::Lemke,
         FrictionSolverKind::Enumeration,
+        FrictionSolverKind::Exact,
     ];
     /// The name as users write it.
     pub fn name(self) -> &'static str {
@@ -40,6 +44,7 @@ impl FrictionSolverKind {
             FrictionSolverKind::Apgd => "apgd",
             FrictionSolverKind::Lemke => "lemke",
             FrictionSolverKind::Enumeration => "enumeration",
+            FrictionSolverKind::Exact => "exact",
         }
     }
     /// A fresh solver of this kind.
@@ -50,6 +55,7 @@ impl FrictionSolverKind {
             FrictionSolverKind::Apgd => Box::new(OnMatrix::<Apgd>::default()),
             FrictionSolverKind::Lemke => Box::new(Lemke),
             FrictionSolverKind::Enumeration => Box::new(Enumeration),
+            FrictionSolverKind::Exact => Box::new(Exact),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The one door to all solvers. Finds impulses; knows rows, cones and bounds; no shape, no world, no clock.
 
+use crate::exact::ExactContacts;
 use crate::methods::{
     apgd::Apgd, auto::Auto, direct::Direct, enumeration::Enumeration, lemke::Lemke, nncg::Nncg,
     on_bodies::OnBodies, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential,
@@ -18,12 +19,20 @@ pub struct SolveSettings {
     pub iterations: usize,
     /// Stop when the residual is at or below this \[m/s\]; 0 spends all iterations.
     pub tolerance: f64,
+    /// Most factorisations to spend \[1\]; read by solvers that factorise.
+    #[serde(default = "most_factorisations")]
+    pub factorisations: usize,
+}
+
+/// More than any well-posed problem of the public collections takes.
+fn most_factorisations() -> usize {
+    2000
 }
 
 impl Default for SolveSettings {
     /// 100 iterations, 1e-6 m/s: a micrometre per second is below what a recorded run can show.
     fn default() -> Self {
-        SolveSettings { iterations: 100, tolerance: 1e-6 }
+        SolveSettings { iterations: 100, tolerance: 1e-6, factorisations: most_factorisations() }
     }
 }
 
@@ -72,16 +81,18 @@ pub enum SolverKind {
     Apgd,
     /// Every combination of contact modes: an oracle for a handful of contacts.
     Enumeration,
+    /// Interior point and Newton on the nonassociated law: true Coulomb friction to any tolerance.
+    Exact,
     /// Island by island, the cheap sweep first, stronger methods only where the residual asks for them.
     Auto,
 }
 
 /// Solvers that an island goes on to when the residual asks for more than its own can give, weakest first.
-const STRONGER: [SolverKind; 3] = [SolverKind::Nncg, SolverKind::Direct, SolverKind::Lemke];
+const STRONGER: [SolverKind; 3] = [SolverKind::Nncg, SolverKind::Exact, SolverKind::Lemke];
 
 impl SolverKind {
     /// All solvers.
-    pub const ALL: [SolverKind; 9] = [
+    pub const ALL: [SolverKind; 10] = [
         SolverKind::Sequential,
         SolverKind::Pgs,
         SolverKind::PgsMatrix,
@@ -90,6 +101,7 @@ impl SolverKind {
         SolverKind::Nncg,
         SolverKind::Apgd,
         SolverKind::Enumeration,
+        SolverKind::Exact,
         SolverKind::Auto,
     ];
     /// The name as users write it.
@@ -103,6 +115,7 @@ impl SolverKind {
             SolverKind::Nncg => "nncg",
             SolverKind::Apgd => "apgd",
             SolverKind::Enumeration => "enumeration",
+            SolverKind::Exact => "exact",
             SolverKind::Auto => "auto",
         }
     }
@@ -131,6 +144,7 @@ impl SolverKind {
             SolverKind::Nncg => Box::new(OnBodies::<S, Nncg>::default()),
             SolverKind::Apgd => Box::new(OnBodies::<S, Apgd>::default()),
             SolverKind::Enumeration => Box::new(Enumeration),
+            SolverKind::Exact => Box::new(ExactContacts::<S>::default()),
             SolverKind::Auto => Box::new(Auto::<S>::default()),
         }
     }

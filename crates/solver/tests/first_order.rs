@@ -133,7 +133,7 @@ fn the_best_point_is_kept<S: Space>() {
             let mut before = residual(&problem, &start).absolute;
             for iterations in [0, 1, 2, 4, 8, 16, 32, 64] {
                 let mut impulses = start.clone();
-                let settings = SolveSettings { iterations, tolerance: 0.0 };
+                let settings = SolveSettings { iterations, tolerance: 0.0, ..SolveSettings::default() };
                 let outcome = kind.make().solve(&problem, &settings, &mut impulses);
                 // the judge forms velocities anew: rounding apart they are those of the solve
                 assert!(outcome.residual.absolute <= before + 1e-14, "{} {iterations}", kind.name());
@@ -149,7 +149,7 @@ fn a_watch_sees_progress_and_can_stop<S: Space>() {
     for kind in [SolverKind::Pgs, SolverKind::Nncg, SolverKind::Apgd] {
         let mut seen: Vec<Progress> = Vec::new();
         let mut impulses = Impulses::zero(&problem);
-        let settings = SolveSettings { iterations: 100_000, tolerance: 0.0 };
+        let settings = SolveSettings { iterations: 100_000, tolerance: 0.0, ..SolveSettings::default() };
         let mut watch = |progress: &Progress| {
             seen.push(*progress);
             progress.iterations < 500

@@ -77,7 +77,7 @@ fn every_answer_is_finite_and_judged_or_refused<S: Space>() {
                 continue; // thousands of combinations each
             }
             let mut impulses = start.clone();
-            let settings = SolveSettings { iterations: 200, tolerance: 1e-9 };
+            let settings = SolveSettings { iterations: 200, tolerance: 1e-9, ..SolveSettings::default() };
             let outcome = kind.make().solve(&problem, &settings, &mut impulses);
             assert!(impulses.is_finite(), "case {case}, {}", kind.name());
             assert_eq!(outcome.residual, residual(&problem, &impulses), "case {case}, {}", kind.name());

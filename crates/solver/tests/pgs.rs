@@ -30,7 +30,11 @@ fn every_sweep_lowers_the_quadratic_energy_by_at_least_its_steps<S: Space>() {
         let mut before = energy(&problem, &impulses.flat());
         for _ in 0..30 {
             let old = impulses.flat();
-            solver.solve(&problem, &SolveSettings { iterations: 1, tolerance: 0.0 }, &mut impulses);
+            solver.solve(
+                &problem,
+                &SolveSettings { iterations: 1, tolerance: 0.0, ..SolveSettings::default() },
+                &mut impulses,
+            );
             let new = impulses.flat();
             let after = energy(&problem, &new);
             let steps: f64 = (0..new.len()).map(|i| 0.5 * a[i][i] * (new[i] - old[i]).powi(2)).sum();
@@ -91,7 +95,7 @@ fn a_solution_given_as_warm_start_is_kept<S: Space>() {
             let problem = random_problem::<S>(&mut random, Recipe { contacts: 30, ..PLAIN });
             let exact = solved(&problem, SolverKind::Lemke, 1e-10);
             let mut impulses = exact.clone();
-            let settings = SolveSettings { iterations: 100, tolerance: 1e-10 };
+            let settings = SolveSettings { iterations: 100, tolerance: 1e-10, ..SolveSettings::default() };
             let outcome = kind.make().solve(&problem, &settings, &mut impulses);
             assert_eq!((outcome.stop, outcome.iterations), (Stop::Converged, 1));
             for (got, wanted) in impulses.flat().iter().zip(exact.flat()) {
@@ -117,7 +121,8 @@ fn the_matrix_form_and_the_iterative_form_are_one_method<S: Space>() {
         for sweeps in [0, 1, 2, 3, 10, 100] {
             let [bodies, matrix] = [SolverKind::Pgs, SolverKind::PgsMatrix].map(|kind| {
                 let mut impulses = Impulses::from_flat(&problem, &start).expect("fits");
-                let settings = SolveSettings { iterations: sweeps, tolerance: 0.0 };
+                let settings =
+                    SolveSettings { iterations: sweeps, tolerance: 0.0, ..SolveSettings::default() };
                 let outcome = kind.make().solve(&problem, &settings, &mut impulses);
                 assert_eq!(outcome.iterations, sweeps);
                 impulses.flat()
@@ -167,7 +172,7 @@ fn impulses_stay_inside_their_cones_and_bounds_at_every_sweep<S: Space>() {
         for sweeps in 0..20 {
             let start: Vec<f64> = (0..problem.scalar_rows()).map(|_| random.between(-1.0, 1.0)).collect();
             let mut impulses = Impulses::from_flat(&problem, &start).expect("fits");
-            let settings = SolveSettings { iterations: sweeps, tolerance: 0.0 };
+            let settings = SolveSettings { iterations: sweeps, tolerance: 0.0, ..SolveSettings::default() };
             SolverKind::Pgs.make().solve(&problem, &settings, &mut impulses);
             for (c, g) in problem.contacts.iter().zip(&impulses.contacts) {
                 let limit = c.friction * g.normal * (1.0 + 1e-15);
@@ -193,7 +198,7 @@ fn a_warm_start_that_does_not_fit_is_no_warm_start<S: Space>() {
         not_numbers.contacts[1].tangent = S::Slip::from_fn(|_| f64::INFINITY);
         not_numbers.rows[0] = f64::NAN;
         for mut start in [short, not_numbers] {
-            let settings = SolveSettings { iterations: 20, tolerance: 0.0 };
+            let settings = SolveSettings { iterations: 20, tolerance: 0.0, ..SolveSettings::default() };
             let outcome = kind.make().solve(&problem, &settings, &mut start);
             if !matches!(outcome.stop, Stop::Refused(_)) {
                 assert_eq!((start, outcome), (wanted.clone(), wanted_outcome.clone()), "{}", kind.name());

@@ -49,8 +49,11 @@ fn measure<S: Space>(side: usize) {
         for _ in 0..10 {
             let mut impulses = Impulses::zero(&problem);
             let start = Instant::now();
-            let outcome =
-                solver.solve(&problem, &SolveSettings { iterations: sweeps, tolerance: 0.0 }, &mut impulses);
+            let outcome = solver.solve(
+                &problem,
+                &SolveSettings { iterations: sweeps, tolerance: 0.0, ..SolveSettings::default() },
+                &mut impulses,
+            );
             best = best.min(start.elapsed().as_secs_f64() * 1e9 / (sweeps as f64 * n));
             assert!(outcome.iterations > 0);
         }

@@ -89,7 +89,11 @@ impl<S: Geometry> Correction<S> {
         }
         self.impulses.reset(&self.problem);
         // the correction is a fraction anyway: a tenth of the slop per step is exact enough
-        let solve = SolveSettings { iterations: settings.iterations.min(30), tolerance: 0.1 * slop / dt };
+        let solve = SolveSettings {
+            iterations: settings.iterations.min(30),
+            tolerance: 0.1 * slop / dt,
+            ..SolveSettings::default()
+        };
         self.solver.solve(&self.problem, &solve, &mut self.impulses);
         for (i, v) in self.problem.velocities_after(&self.impulses).iter().enumerate() {
             bodies.motion.position[i] += v.linear * dt;

@@ -76,7 +76,7 @@ fn bodies_iteration(kind: SolverKind, problem: &ContactProblem<Spatial>) -> f64 
     per_iteration(|iterations| {
         let mut impulses = Impulses::zero(problem);
         let start = thread_seconds();
-        solver.solve(problem, &SolveSettings { iterations, tolerance: 0.0 }, &mut impulses);
+        solver.solve(problem, &SolveSettings { iterations, tolerance: 0.0, ..SolveSettings::default() }, &mut impulses);
         thread_seconds() - start
     })
 }
@@ -113,7 +113,7 @@ fn exact_on_bodies(
 ) -> (f64, String, bool) {
     let mut solver = kind.make::<Spatial>();
     let mut impulses = Impulses::zero(problem);
-    let settings = SolveSettings { iterations: usize::MAX, tolerance: options.tolerance };
+    let settings = SolveSettings { iterations: usize::MAX, tolerance: options.tolerance, ..SolveSettings::default() };
     let start = thread_seconds();
     let mut watch = |_: &carom::solver::Progress| thread_seconds() - start < options.limit;
     let outcome = solver.solve_watched(problem, &settings, &mut impulses, &mut watch);

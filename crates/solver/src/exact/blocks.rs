@@ -19,12 +19,19 @@ pub struct Blocks<const D: usize> {
     pub diagonal: Vec<[[f64; D]; D]>,
     /// Their spectral norms, padded with 1 \[1/kg\].
     pub norms: Vec<f64>,
+    /// Judge by the largest error of a contact in m/s (over the largest velocity), not as `Measure` does.
+    pub by_contact: bool,
 }
 
 impl<const D: usize> Blocks<D> {
     /// Number of contacts.
     pub fn count(&self) -> usize {
         self.diagonal.len()
+    }
+    /// Largest entry of q, or 1 \[m/s\].
+    pub fn largest_velocity(&self) -> f64 {
+        let largest = self.velocity.as_flattened().iter().fold(0.0_f64, |m, q| m.max(q.abs()));
+        if largest > 0.0 { largest } else { 1.0 }
     }
     /// Row i of W r, the diagonal block left out where asked; W given by rows on bodies takes a whole product.
     pub fn row_times(&self, i: usize, r: &[[f64; D]], without_diagonal: bool) -> [f64; D] {
@@ -75,7 +82,7 @@ impl<const D: usize> Blocks<D> {
         velocity.resize(padded(count), [0.0; D]);
         friction.resize(padded(count), 0.0);
         norms.resize(padded(count), 1.0);
-        Blocks { operator, velocity, friction, diagonal, norms }
+        Blocks { operator, velocity, friction, diagonal, norms, by_contact: false }
     }
 }
 

@@ -42,7 +42,7 @@ impl<const D: usize> WithSimd for Judge<'_, D> {
         let count = blocks.count();
         let zero = Lane::all(simd, 0.0);
         let (mut natural, mut scaled) = (zero, zero);
-        let mut size = zero;
+        let (mut size, mut largest) = (zero, zero);
         for first in (0..count).step_by(S::F64_LANES) {
             let mu = Lane::load(simd, &blocks.friction[first..]);
             let norm = Lane::load(simd, &blocks.norms[first..]);
@@ -58,8 +58,16 @@ impl<const D: usize> WithSimd for Judge<'_, D> {
                 *square = dot(off, off);
             }
             natural = natural + live * squares[0];
-            scaled = scaled + live * norm * norm * squares[1];
+            let in_velocity = live * norm * norm * squares[1];
+            // a NaN must survive: max would hide it, the sum does not
+            largest = largest.max(in_velocity);
+            scaled = scaled + in_velocity;
             size = size + dot(q, q);
+        }
+        if blocks.by_contact {
+            let worst = largest.greatest().sqrt() / blocks.largest_velocity();
+            let worst = if scaled.sum().is_finite() { worst } else { f64::INFINITY };
+            return Errors { natural: worst, scaled: worst };
         }
         let size = size.sum().sqrt();
         let size = if size > 0.0 { size } else { 1.0 };

@@ -103,6 +103,11 @@ impl<S: Simd> Lane<S> {
     pub fn sum(self) -> f64 {
         self.simd.reduce_sum_f64s(self.value)
     }
+    /// Largest number in the register.
+    #[inline(always)]
+    pub fn greatest(self) -> f64 {
+        self.simd.reduce_max_f64s(self.value)
+    }
     /// Smallest number in the register.
     #[inline(always)]
     pub fn least(self) -> f64 {

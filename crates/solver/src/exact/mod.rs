@@ -5,6 +5,7 @@
 pub(crate) mod blocks;
 mod bodies;
 mod cone;
+mod contacts;
 mod groups;
 mod interior_point;
 pub(crate) mod judge;
@@ -23,6 +24,7 @@ use crate::friction_problem::{FrictionProblem, Measure, measure, project_on_cone
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::watch::Watch;
 use blocks::Blocks;
+pub use contacts::ExactContacts;
 use interior_point::{Start, interior_point};
 use judge::Errors;
 use proximal::proximal;
@@ -49,12 +51,31 @@ const STARTS: [Start; 5] = [
     Start { size: 0.1, smoothing: 10.0, centrality: 1e-3 },
 ];
 
+/// When to be content, and how long to try.
+struct Goal {
+    tolerance: f64,
+    sweeps: usize,
+    factorisations: usize,
+}
+
 /// What the stages came to.
 struct Answer {
     errors: Errors,
     end: StageEnd,
     stages: Vec<Stage>,
     factorisations: usize,
+}
+
+impl Answer {
+    fn iterations(&self) -> usize {
+        self.stages.iter().map(|s| s.iterations).sum()
+    }
+    fn solved(&self) -> bool {
+        self.end == StageEnd::Solved
+    }
+    fn interrupted(&self) -> bool {
+        self.end == StageEnd::Interrupted
+    }
 }
 
 impl FrictionSolver for Exact {
@@ -86,7 +107,12 @@ fn in_dimension<const D: usize>(
     let started = Instant::now();
     let mut r: Vec<[f64; D]> = impulses.chunks_exact(D).map(|r| std::array::from_fn(|k| r[k])).collect();
     r.resize(blocks.velocity.len(), [0.0; D]);
-    let answer = solve_blocks(&blocks, settings, &mut r, watch);
+    let goal = Goal {
+        tolerance: settings.tolerance,
+        sweeps: settings.iterations.min(300),
+        factorisations: settings.factorisations,
+    };
+    let answer = solve_blocks(&blocks, &goal, &mut r, watch);
     for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
         project_on_cone(r, blocks.friction[i]);
     }
@@ -129,20 +155,19 @@ fn reason(end: StageEnd, errors: &Errors) -> String {
 /// The pipeline.
 fn solve_blocks<const D: usize>(
     blocks: &Blocks<D>,
-    settings: &FrictionSettings,
+    goal: &Goal,
     r: &mut [[f64; D]],
     watch: &mut Watch,
 ) -> Answer {
     let mut u = vec![[0.0; D]; r.len()];
-    let (count, errors, ended) =
-        sweeps::sweeps(blocks, (settings.tolerance, settings.iterations.min(300)), (r, &mut u), watch);
+    let (count, errors, ended) = sweeps::sweeps(blocks, (goal.tolerance, goal.sweeps), (r, &mut u), watch);
     let mut answer = Answer {
         errors,
         end: if ended == Ended::Interrupted { StageEnd::Interrupted } else { StageEnd::Solved },
         stages: vec![Stage { name: "sweeps", iterations: count }],
         factorisations: 0,
     };
-    if ended != Ended::LeftOff || settings.factorisations == 0 {
+    if ended != Ended::LeftOff || goal.factorisations == 0 {
         return answer;
     }
     let scaled = Scaled::of(blocks);
@@ -153,8 +178,8 @@ fn solve_blocks<const D: usize>(
         blocks,
         scaled,
         system,
-        tolerance: settings.tolerance,
-        budget: settings.factorisations,
+        tolerance: goal.tolerance,
+        budget: goal.factorisations,
         best,
         best_errors: errors,
         watch: &mut |p| watch(p),

@@ -9,10 +9,9 @@ use crate::problem::{ContactProblem, Impulses};
 use crate::watch::Watch;
 use carom_math::Space;
 
-/// The stages in order. Conjugate gradients take the sweeps on at the same cost each; `direct` settles pressed and
-/// sticking contacts of any mass ratio in one factorisation and says at once where it cannot; `lemke` is exact on what
-/// is left of the plane.
-const STAGES: [SolverKind; 4] = [SolverKind::Pgs, SolverKind::Nncg, SolverKind::Direct, SolverKind::Lemke];
+/// The stages in order. Conjugate gradients take the sweeps on at the same cost each; `exact` solves every contact
+/// law to any tolerance by factorising; `lemke` takes what `exact` refuses, bounded rows in small problems.
+const STAGES: [SolverKind; 4] = [SolverKind::Pgs, SolverKind::Nncg, SolverKind::Exact, SolverKind::Lemke];
 
 /// See the module.
 pub struct Auto<S: Space> {

@@ -53,7 +53,7 @@ impl<S: Space, M: Method> ImpulseSolver<S> for OnBodies<S, M> {
         let form = Bodies { problem, prepared: &self.prepared };
         std::mem::swap(&mut self.at.impulses, impulses);
         form.refresh(&mut self.at);
-        let SolveSettings { iterations, tolerance } = *settings;
+        let SolveSettings { iterations, tolerance, .. } = *settings;
         let budget = Budget { iterations, tolerance, small_change: tolerance };
         let end = M::run(&form, &budget, &mut self.at, &mut self.memory, watch);
         std::mem::swap(&mut self.at.impulses, impulses);

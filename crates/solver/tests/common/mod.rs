@@ -288,7 +288,11 @@ pub fn solve<S: Space>(
     tolerance: f64,
 ) -> (Impulses<S>, Outcome) {
     let mut impulses = Impulses::zero(problem);
-    let outcome = kind.make().solve(problem, &SolveSettings { iterations, tolerance }, &mut impulses);
+    let outcome = kind.make().solve(
+        problem,
+        &SolveSettings { iterations, tolerance, ..SolveSettings::default() },
+        &mut impulses,
+    );
     (impulses, outcome)
 }
 

@@ -195,7 +195,11 @@ impl<S: Geometry> Impacts<S> {
         watch: &mut Watch,
     ) -> Outcome {
         self.impulses.reset(&self.problem);
-        let solve = SolveSettings { iterations: settings.iterations, tolerance: settings.tolerance };
+        let solve = SolveSettings {
+            iterations: settings.iterations,
+            tolerance: settings.tolerance,
+            ..SolveSettings::default()
+        };
         match settings.impact {
             ImpactLaw::Newton => {
                 let outcome = newton::solve(&self.problem, &solve, solver, &mut self.impulses, watch);

@@ -285,7 +285,11 @@ impl<S: Geometry> FixedStep<S> {
             warm.load(&self.problem, dt, &mut self.impulses);
         }
         let (_, _, solver) = self.solver.as_mut()?;
-        let solve = SolveSettings { iterations: settings.iterations, tolerance: settings.tolerance };
+        let solve = SolveSettings {
+            iterations: settings.iterations,
+            tolerance: settings.tolerance,
+            ..SolveSettings::default()
+        };
         let outcome = solver.solve_watched(&self.problem, &solve, &mut self.impulses, watch);
         let worst = assembly::bodies_of(&self.problem, outcome.residual.worst);
         Some(SolveReport::new(outcome, self.problem.contacts.len(), worst))

@@ -1,0 +1,207 @@
+//! The exact solver on problems of bodies and contacts: rows on bodies of unit mass, B = J M^-1/2, so that
+//! W = B B^T is never formed where many contacts share few bodies. Judged by the largest contact's error in m/s.
+
+use super::blocks::Blocks;
+use super::bodies::{NO_BODY, Rows};
+use super::operator::Operator;
+use super::{Goal, solve_blocks};
+use crate::friction_problem::project_on_cone;
+use crate::impulse_solver::{ImpulseSolver, SolveSettings};
+use crate::outcome::{Outcome, Stop};
+use crate::prepared::{ContactRow, Prepared};
+use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses};
+use crate::residual::residual_of;
+use crate::watch::{Watch, unwatched};
+use carom_math::{Column, Inertia, Space};
+
+/// The exact solver; holds memory between solves.
+#[derive(Clone, Debug, Default)]
+pub struct ExactContacts<S: Space> {
+    prepared: Prepared<S>,
+    given: Impulses<S>,
+}
+
+/// How far below the asked tolerance the solver's own measure goes first: it is not the residual, but within a
+/// small factor of it. Each further attempt asks for a tenth.
+const SHARE: f64 = 0.3;
+/// Attempts to bring the residual below the tolerance.
+const ATTEMPTS: i32 = 3;
+
+impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
+    fn name(&self) -> &'static str {
+        "exact"
+    }
+    fn solve(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+    ) -> Outcome {
+        self.solve_watched(problem, settings, impulses, &mut unwatched)
+    }
+    fn solve_watched(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+        watch: &mut Watch,
+    ) -> Outcome {
+        impulses.fit(problem);
+        if problem.scalar_rows() == 0 {
+            return Outcome::nothing_to_do();
+        }
+        self.prepared.update(problem);
+        if let Some(reason) = refusal(problem) {
+            let residual = residual_of(problem, &self.prepared, impulses);
+            return Outcome::new(0, residual, Stop::Refused(reason));
+        }
+        self.given.copy_from(impulses);
+        let smooth = problem.contacts.iter().all(|c| c.friction == 0.0);
+        match (smooth, S::SLIP) {
+            (true, _) => self.in_dimension::<1>(problem, settings, impulses, watch),
+            (false, 1) => self.in_dimension::<2>(problem, settings, impulses, watch),
+            (false, _) => self.in_dimension::<3>(problem, settings, impulses, watch),
+        }
+    }
+}
+
+/// Why the exact solver does not take a problem.
+fn refusal<S: Space>(problem: &ContactProblem<S>) -> Option<String> {
+    if !problem.rows.is_empty() {
+        return Some(format!(
+            "exact solves contacts, and the problem has {} bounded rows; use pgs or nncg",
+            problem.rows.len()
+        ));
+    }
+    let boxed = S::SLIP > 1 && problem.friction_law == FrictionLaw::Box;
+    boxed.then(|| "exact knows Coulomb's disc, and the problem asks for box friction; use pgs".into())
+}
+
+impl<S: Space> ExactContacts<S> {
+    fn in_dimension<const D: usize>(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+        watch: &mut Watch,
+    ) -> Outcome {
+        let blocks = self.blocks::<D>(problem);
+        let mut r: Vec<[f64; D]> = impulses.contacts.iter().map(to_array).collect();
+        for (i, r) in r.iter_mut().enumerate() {
+            if !r.iter().all(|x| x.is_finite()) {
+                *r = [0.0; D];
+            }
+            project_on_cone(r, blocks.friction[i]);
+        }
+        r.resize(blocks.velocity.len(), [0.0; D]);
+        let mut iterations = 0;
+        let mut outcome = Outcome::nothing_to_do();
+        for attempt in 0..ATTEMPTS {
+            let goal = Goal {
+                tolerance: settings.tolerance * SHARE * 0.1_f64.powi(attempt) / blocks.largest_velocity(),
+                sweeps: 300,
+                factorisations: settings.factorisations,
+            };
+            let answer = solve_blocks(&blocks, &goal, &mut r, watch);
+            iterations += answer.iterations();
+            for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
+                project_on_cone(r, blocks.friction[i]);
+            }
+            for (impulse, r) in impulses.contacts.iter_mut().zip(&r) {
+                *impulse = Impulse {
+                    normal: r[0],
+                    tangent: S::Slip::from_fn(|k| if D > 1 { r[1 + k] } else { 0.0 }),
+                };
+            }
+            let residual = residual_of(problem, &self.prepared, impulses);
+            outcome = Outcome::judged(iterations, residual, settings.tolerance);
+            if answer.interrupted() {
+                outcome.stop = Stop::Interrupted;
+            }
+            if outcome.stop != Stop::OutOfIterations || !answer.solved() {
+                break;
+            }
+        }
+        outcome
+    }
+
+    /// The problem as rows on bodies of unit mass.
+    fn blocks<const D: usize>(&self, problem: &ContactProblem<S>) -> Blocks<D> {
+        let mut place = vec![NO_BODY; problem.inverse_masses.len()];
+        let mut roots: Vec<(f64, [[f64; 3]; 3])> = Vec::new();
+        for (place, mass) in place.iter_mut().zip(&problem.inverse_masses) {
+            if !mass.is_fixed() {
+                *place = roots.len() as u32;
+                roots.push((mass.linear.sqrt(), root::<S>(&mass.angular)));
+            }
+        }
+        let mut rows =
+            Rows::<D> { freedoms: S::DOF, bodies: roots.len(), pairs: Vec::new(), values: Vec::new() };
+        let mut velocity = Vec::with_capacity(problem.contacts.len());
+        for c in &self.prepared.contacts {
+            let pair = [place[c.normal.a as usize], place[c.normal.b as usize]];
+            rows.pairs.push(pair);
+            let direction = |k: usize| if k == 0 { &c.normal } else { &c.tangents[k - 1] };
+            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                for k in 0..D {
+                    let root = roots.get(pair[side] as usize);
+                    push_row::<S>(direction(k), side, root, sign, &mut rows.values);
+                }
+            }
+            let (normal, slip) = c.relative_velocity(&problem.velocities);
+            velocity.push(std::array::from_fn(|k| if k == 0 { normal - c.target } else { slip[k - 1] }));
+        }
+        let friction = problem.contacts.iter().map(|c| c.friction).collect();
+        let mut blocks = Blocks::assembled(Operator::Bodies(rows), velocity, friction);
+        blocks.by_contact = true;
+        blocks
+    }
+}
+
+/// One row of B for one body: d times the root of the inverse mass, (r x d) times that of the inverse inertia.
+fn push_row<S: Space>(
+    row: &ContactRow<S>,
+    side: usize,
+    root: Option<&(f64, [[f64; 3]; 3])>,
+    sign: f64,
+    values: &mut Vec<f64>,
+) {
+    let Some((linear, angular)) = root else {
+        values.extend(std::iter::repeat_n(0.0, S::DOF));
+        return;
+    };
+    let moment = if side == 0 { row.moment_a } else { row.moment_b };
+    values.extend(row.direction.as_slice().iter().map(|d| sign * linear * d));
+    for column in 0..S::SPIN {
+        let along: f64 = moment.as_slice().iter().zip(angular).map(|(m, line)| m * line[column]).sum();
+        values.push(sign * along);
+    }
+}
+
+fn to_array<S: Space, const D: usize>(impulse: &Impulse<S>) -> [f64; D] {
+    std::array::from_fn(|k| if k == 0 { impulse.normal } else { impulse.tangent[k - 1] })
+}
+
+/// L with L L^T = I^-1 (Cholesky; a direction that nothing turns gives a zero column).
+fn root<S: Space>(inertia: &S::Inertia) -> [[f64; 3]; 3] {
+    let mut a = [[0.0; 3]; 3];
+    for column in 0..S::SPIN {
+        let unit = S::Spin::from_fn(|k| if k == column { 1.0 } else { 0.0 });
+        let response = inertia.apply(unit);
+        for (row, value) in a.iter_mut().zip(response.as_slice()) {
+            row[column] = *value;
+        }
+    }
+    let mut l = [[0.0; 3]; 3];
+    for j in 0..S::SPIN {
+        let pivot = a[j][j] - (0..j).map(|k| l[j][k] * l[j][k]).sum::<f64>();
+        if !(pivot > 0.0) {
+            continue;
+        }
+        l[j][j] = pivot.sqrt();
+        for i in j + 1..S::SPIN {
+            l[i][j] = (a[i][j] - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>()) / l[j][j];
+        }
+    }
+    l
+}
