@@ -53,17 +53,21 @@ def timed(
     problem: Problem,
     flat: Path,
     running: list[Engine],
-    only: list[str],
+    only: dict[bool, list[str]],
     rules: Rules,
     scratch: Path,
     full: bool,
 ) -> list[Run]:
-    """All runs on a problem; a reference that cannot come near the fastest is cut short, unless `full`."""
+    """All runs on a problem by the solvers of `only[True]`, ours, and `only[False]`, references; empty: all.
+
+    A reference that cannot come near the fastest so far is cut short, unless `full`.
+    """
     found: list[Run] = []
     for engine in running:
         for solver in engine.solvers(problem.rows_per_contact):
             ours = engine.name == table.OURS
-            if ours and only and solver not in only:
+            wanted = only[ours]
+            if wanted and solver not in wanted:
                 continue
             hardest = [
                 r.seconds for r in found if r.engine != table.OURS and r.tolerance == rules.tolerances[-1]
@@ -84,6 +88,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--tolerances", default="1e-4,1e-8", help="easiest first [1e-4,1e-8]")
     parser.add_argument("--solvers", default="", help="solvers of carom [all]")
     parser.add_argument("--references", default="siconos,pinocchio", help="or none [siconos,pinocchio]")
+    parser.add_argument("--reference-solvers", default="", help="settings of the references [all]")
     parser.add_argument("--references-from", type=Path, help="take the references of an earlier CSV instead")
     parser.add_argument(
         "--first", type=float, default=1.0, help="references' own tolerance at first / asked [1]"
@@ -126,6 +131,7 @@ def main() -> int:
     for name in missing:
         print(f"{name} does not run here: its figures are missing")
     only = [name for name in given.solvers.split(",") if name]
+    wanted_solvers = {True: only, False: [n for n in given.reference_solvers.split(",") if n]}
     rules = Rules(tolerances, first=given.first, limit=given.limit)
     last = running[-1] if running and running[-1].name == table.OURS else None
     shown = [s for s in dict.fromkeys(s for d in (1, 2, 3) for s in (last.solvers(d) if last else []))]
@@ -140,7 +146,7 @@ def main() -> int:
             problems.to_flat(problem, flat)
             row = table.Row.of(problem)
             row.runs = earlier.get(problem.name, []) + timed(
-                problem, flat, running, only, rules, scratch, given.full
+                problem, flat, running, wanted_solvers, rules, scratch, given.full
             )
             flat.unlink()
             rows.append(row)
