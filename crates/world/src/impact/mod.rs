@@ -230,7 +230,7 @@ impl<S: Geometry> Impacts<S> {
             let Some(part) = self.parts[k].filter(|_| called[islands.root(mover(t))]) else { continue };
             self.problem.contacts.push(assembly::contact(bodies, t, part.target));
             // one collision after another exchanges no moments: the law of the notes
-            if settings.impact_law == ImpactLaw::Newton {
+            if settings.impact == ImpactLaw::Newton {
                 assembly::resist(&mut self.problem, t);
             }
             self.bounces.push(part.bounces);
