@@ -171,9 +171,10 @@ class World(Judged):
         rotation : angle [rad] or [cos, sin] | quaternion [w, x, y, z]
         velocity, angular_velocity : (d,) [m/s] of the centre of mass; float | (3,) [rad/s], world axes
         friction, restitution : coefficients [1]
-        rolling_friction, spinning_friction : largest moment against rolling, and about the normal, per normal
-            force [m]; a contact takes the larger of its two bodies'; spinning has no effect in the plane. Source:
-            Coulomb's law for moments (theory eqs. 3.24 to 3.26); solved by "pgs", "nncg" and "apgd"
+        rolling_friction, spinning_friction : largest moment against rolling, and about the normal, per
+            normal force [m]; a contact takes the larger of its two bodies'; spinning has no effect in the
+            plane. Source: Coulomb's law for moments (theory eqs. 3.24 to 3.26); solved by "pgs", "nncg" and
+            "apgd"
         linear_damping, angular_damping : decay rates [1/s]
         collision_groups, collision_mask : groups as bits; two bodies collide when each one's groups meet the
             other's mask

@@ -174,7 +174,8 @@ pub fn the_simultaneous_law_loses_what_its_formula_says<S: Dimension>() {
         assert!(problem.contacts.len() >= 3, "all contacts strike at once");
         step(&mut w);
         assert_eq!(w.touches().len(), problem.contacts.len(), "every touch takes part");
-        let impulses = Impulses::<S> { contacts: w.last_strikes().to_vec(), rows: Vec::new() };
+        let impulses =
+            Impulses::<S> { contacts: w.last_strikes().to_vec(), rows: Vec::new(), moments: Vec::new() };
         let gamma = impulses.flat();
         let product: f64 = delassus(&problem).times(&gamma).iter().zip(&gamma).map(|(a, g)| a * g).sum();
         let loss = -0.5 * (1.0 - restitution) / (1.0 + restitution) * product;

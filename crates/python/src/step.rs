@@ -180,6 +180,7 @@ pub fn last_problem<'py, S: Geometry>(
             // without impacts the problem that is left is that of an earlier step
             if struck.is_empty() {
                 problem.contacts.clear();
+                problem.resistances.clear();
             }
             let impulses = if struck.is_empty() { Vec::new() } else { impulses.flat() };
             (problem, impulses)

@@ -4,7 +4,8 @@
 
 use carom_geometry::Geometry;
 use carom_math::Column;
-use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Islands, SolveSettings, Twist};
+
+use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Islands, Part, SolveSettings, Twist};
 
 /// Gain that counts as one, relative to the energy that the island's impulses turn over \[1\].
 const GAIN: f64 = 1e-9;
@@ -37,12 +38,12 @@ pub fn apply<S: Geometry>(
     }
     let islands = Islands::of(problem);
     let works = works(problem, impulses, &islands);
+    let mut part = Part::default();
     for (island, _) in works.iter().enumerate().filter(|(_, w)| w.is_gain()) {
-        let members = islands.contacts(island);
-        let found = moreau(problem, members, bounces, settings, solver);
-        for (&k, g) in members.iter().zip(found) {
-            impulses.contacts[k] = g;
-        }
+        part.take(problem, impulses, &islands, island);
+        let bounces: Vec<bool> = islands.contacts(island).iter().map(|&k| bounces[k]).collect();
+        moreau(&mut part.problem, &bounces, settings, solver, &mut part.impulses);
+        part.give(impulses, &islands, island);
     }
 }
 
@@ -56,35 +57,39 @@ fn works<S: Geometry>(problem: &ContactProblem<S>, impulses: &Impulses<S>, islan
         work.gained += normal + tangential;
         work.turned_over += 0.5 * g.normal * (n0.abs() + n1.abs()) + tangential.abs();
     }
+    for (r, m) in problem.resistances.iter().zip(&impulses.moments) {
+        let c = &problem.contacts[r.contact];
+        let turning = 0.5 * m.dot(c.relative_spin(&problem.velocities) + c.relative_spin(&after));
+        let work = &mut works[islands.of_contact(r.contact)];
+        work.gained += turning;
+        work.turned_over += turning.abs();
+    }
     works
 }
 
-/// Moreau's impulses of an island. Where the plastic solve is inexact the factor is cut so that energy cannot grow.
+/// Moreau's impulses of an island taken out by itself; its targets become those of the plastic impact. Where the
+/// plastic solve is inexact the factor is cut so that energy cannot grow.
 fn moreau<S: Geometry>(
-    problem: &ContactProblem<S>,
-    members: &[usize],
+    plastic: &mut ContactProblem<S>,
     bounces: &[bool],
     settings: &SolveSettings,
     solver: &mut dyn ImpulseSolver<S>,
-) -> Vec<Impulse<S>> {
-    let mut plastic = problem.clone();
-    plastic.contacts = members.iter().map(|&k| problem.contacts[k]).collect();
+    impulses: &mut Impulses<S>,
+) {
     for c in &mut plastic.contacts {
         c.target = c.target.min(0.0);
     }
-    let mut impulses = Impulses::zero(&plastic);
-    solver.solve(&plastic, settings, &mut impulses);
+    impulses.reset(plastic);
+    solver.solve(plastic, settings, impulses);
     let pressed =
-        members.iter().zip(&plastic.contacts).zip(&impulses.contacts).filter(|(_, g)| g.normal > 0.0);
-    let share =
-        |((&k, c), _): ((&usize, &carom_solver::Contact<S>), _)| if bounces[k] { c.restitution } else { 0.0 };
-    let restitution = pressed.map(share).fold(1.0, f64::min);
-    let factor = (1.0 + restitution).min(neutral_factor(&plastic, &impulses));
-    impulses
-        .contacts
-        .iter()
-        .map(|g| Impulse { normal: g.normal * factor, tangent: g.tangent * factor })
-        .collect()
+        plastic.contacts.iter().zip(bounces).zip(&impulses.contacts).filter(|(_, g)| g.normal > 0.0);
+    let shares = pressed.map(|((c, &bounces), _)| if bounces { c.restitution } else { 0.0 });
+    let restitution = shares.fold(1.0, f64::min);
+    let factor = (1.0 + restitution).min(neutral_factor(plastic, impulses));
+    for g in &mut impulses.contacts {
+        *g = Impulse { normal: g.normal * factor, tangent: g.tangent * factor };
+    }
+    impulses.moments.iter_mut().for_each(|m| *m = *m * factor);
 }
 
 /// The factor s at which s times the impulses would neither gain nor lose: s gamma.u- + s^2/2 gamma.A gamma = 0;
@@ -96,6 +101,12 @@ fn neutral_factor<S: Geometry>(problem: &ContactProblem<S>, impulses: &Impulses<
         let ((n0, t0), (n1, t1)) = (c.relative_velocity(&problem.velocities), c.relative_velocity(&after));
         linear += g.normal * n0 + g.tangent.dot(t0);
         quadratic += g.normal * (n1 - n0) + g.tangent.dot(t1 - t0);
+    }
+    for (r, m) in problem.resistances.iter().zip(&impulses.moments) {
+        let c = &problem.contacts[r.contact];
+        let (w0, w1) = (c.relative_spin(&problem.velocities), c.relative_spin(&after));
+        linear += m.dot(w0);
+        quadratic += m.dot(w1 - w0);
     }
     if quadratic > 0.0 { (-2.0 * linear / quadratic).max(0.0) } else { 0.0 }
 }
