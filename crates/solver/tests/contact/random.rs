@@ -169,12 +169,10 @@ fn operator(random: &mut Random, family: Family, dimension: usize, contacts: usi
     let mut w: Vec<Vec<f64>> = a.iter().map(|x| a.iter().map(|y| dot(x, y)).collect()).collect();
     if family == Family::Asymmetric {
         let size = w.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
-        for i in 0..n {
-            for j in 0..i {
-                let off = 0.5e-3 * size * random.between(-1.0, 1.0);
-                w[i][j] += off;
-                w[j][i] -= off;
-            }
+        for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            let off = 0.5e-3 * size * random.between(-1.0, 1.0);
+            w[i][j] += off;
+            w[j][i] -= off;
         }
     }
     w
