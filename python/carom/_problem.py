@@ -2,15 +2,15 @@
 
 Find impulses gamma with u = J (v + M^-1 J^T gamma) so that 0 <= gamma_n, u_n - target >= 0, not both
 positive, and friction opposes the slip within its limit. Scalar rows come contact by contact, normal first,
-then tangents, and general bounded rows last; a velocity has the linear components first. Knows no shapes and
-no time.
+then tangents; then general bounded rows; then moments of rolling and spinning friction. A velocity has the
+linear components first. Knows no shapes and no time.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
@@ -55,6 +55,8 @@ class Solution:
     solver : its name
     impulse : (k, d) float64 array, normal and tangential impulse of each contact, in its frame [N s]
     row_impulse : (r,) float64 array of the general rows
+    moment : (m, 1|3) float64 array, moment of rolling and spinning friction of each contact that has it, in
+        its frame: in space about the normal, then the tangents [N m s] (theory eqs. 3.24 to 3.26)
     velocity : (n, 3|6) float64 array after the impulses, linear then angular [m/s], [rad/s]
     residual, relative_residual, worst : see `Residual`
     iterations : spent [1]
@@ -75,6 +77,12 @@ class Solution:
     status: str
     reason: str | None
     islands: tuple[IslandReport, ...] = ()
+    moment: Floats = field(default_factory=lambda: np.zeros((0, 1)))
+
+    @property
+    def flat(self) -> Floats:
+        """All impulses in scalar order: contacts, general rows, moments [N s], [N m s]."""
+        return np.concatenate([self.impulse.ravel(), self.row_impulse, self.moment.ravel()])
 
     @property
     def converged(self) -> bool:
@@ -274,11 +282,13 @@ class ContactProblem:
         flat = None if start is None else self._flat(start, "start")
         found = self._native.solve(str(solver), most, limit, friction_law, flat)
         split = self.n_contacts * self._space.dimension
+        moments = split + self._native.counts()[2]
         residual = Residual(*found["residual"])
         return Solution(
             solver=str(solver),
             impulse=found["impulse"][:split].reshape(-1, self._space.dimension),
-            row_impulse=found["impulse"][split:],
+            row_impulse=found["impulse"][split:moments],
+            moment=found["impulse"][moments:].reshape(-1, self._space.spins),
             velocity=found["velocity"],
             residual=residual.absolute,
             relative_residual=residual.relative,
@@ -294,7 +304,7 @@ class ContactProblem:
 
         Parameters
         ----------
-        impulse : (k, d), or flat in scalar order with rows [N s]
+        impulse : (k, d), or flat in scalar order with rows and moments [N s]
         friction_law : "disc" or "box"; the problem's own when absent
 
         Raises
@@ -322,7 +332,7 @@ class ContactProblem:
 
         Parameters
         ----------
-        impulse : (k, d), or flat in scalar order with rows [N s]
+        impulse : (k, d), or flat in scalar order with rows and moments [N s]
         friction_law : "disc" or "box"; the problem's own when absent
         island : row or name of a body whose island alone is meant; contacts keep their numbers
 
@@ -349,8 +359,8 @@ class ContactProblem:
         return replace(made, worst_names=(self._names[a], self._names[b]))
 
     def _flat(self, value: npt.ArrayLike, field: str) -> list[float]:
-        _, contacts, rows = self._native.counts()
-        count = contacts * self._space.dimension + rows
+        _, contacts, rows, resistances = self._native.counts()
+        count = contacts * self._space.dimension + rows + resistances * self._space.spins
         try:
             array = np.asarray(value, dtype=np.float64)
         except (TypeError, ValueError):
@@ -391,7 +401,7 @@ class ContactProblem:
         return axes
 
     def __repr__(self) -> str:
-        bodies, contacts, rows = self._native.counts()
+        bodies, contacts, rows, _ = self._native.counts()
         general = f", {rows} general rows" if rows else ""
         return f"<{self.space} ContactProblem: {contacts} contacts{general} between {bodies} bodies>"
 

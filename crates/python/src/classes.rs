@@ -257,7 +257,7 @@ macro_rules! stamp {
             fn to_json(&self) -> String {
                 self.inner.to_json()
             }
-            fn counts(&self) -> (usize, usize, usize) {
+            fn counts(&self) -> (usize, usize, usize, usize) {
                 self.inner.counts()
             }
             fn pairs(&self) -> Vec<(usize, usize)> {

@@ -65,10 +65,10 @@ impl<S: Geometry> Problem<S> {
     pub fn to_json(&self) -> String {
         file::to_json(&self.inner)
     }
-    /// Bodies, contacts, general rows.
-    pub fn counts(&self) -> (usize, usize, usize) {
+    /// Bodies, contacts, general rows, contacts with rolling or spinning friction.
+    pub fn counts(&self) -> (usize, usize, usize, usize) {
         let p = &self.inner;
-        (p.inverse_masses.len(), p.contacts.len(), p.rows.len())
+        (p.inverse_masses.len(), p.contacts.len(), p.rows.len(), p.resistances.len())
     }
     /// "J", "M" (inverse masses) or "A".
     pub fn matrix<'py>(&self, py: Python<'py>, which: &str) -> PlainCsr<'py> {
