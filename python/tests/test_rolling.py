@@ -74,7 +74,8 @@ def test_a_scene_file_gives_materials_rolling_friction(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text(
         'schema_version = 1\nspace = "planar"\n[materials.felt]\nfriction = 0.5\nrolling_friction = 0.02\n'
-        '[[body]]\nname = "table"\nkind = "static"\nmaterial = "felt"\n[body.shape]\ntype = "half_plane"\nnormal = [0, 1]\n'
+        '[[body]]\nname = "table"\nkind = "static"\nmaterial = "felt"\n[body.shape]\ntype = "half_plane"\n'
+        "normal = [0, 1]\n"
         '[[body]]\nname = "ball"\nmass = 1.0\nrolling_friction = 0.03\nposition = [0, 0.1]\n'
         '[body.shape]\ntype = "circle"\nradius = 0.1\n'
     )
