@@ -58,6 +58,9 @@ fn backward_error<S: Space>(problem: &ContactProblem<S>, impulses: &Impulses<S>)
 
 const SOLVERS: usize = SolverKind::ALL.len();
 
+/// Factorisations that a stage of `exact` may end with beyond the budget.
+const STAGES: usize = 16;
+
 fn every_answer_is_finite_and_judged_or_refused<S: Space>() {
     let mut random = Random::new(2026);
     let (mut judged, mut refused, mut exact, mut worst) =
@@ -84,9 +87,12 @@ fn every_answer_is_finite_and_judged_or_refused<S: Space>() {
             let limit = match kind {
                 SolverKind::Lemke => 4 * 50 * (6 * problem.scalar_rows() + 10),
                 SolverKind::Enumeration => carom_solver::methods::enumeration::LARGEST,
+                // sweeps before each of three attempts, and all factorisations
+                SolverKind::Exact => 3 * settings.iterations + settings.factorisations + STAGES,
                 // stages of each island, of which there are no more than entries
                 SolverKind::Auto => {
-                    (400 + 1) * problem.scalar_rows() + 4 * 50 * (6 * problem.scalar_rows() + 10)
+                    (1000 + settings.factorisations + STAGES) * problem.scalar_rows()
+                        + 4 * 50 * (6 * problem.scalar_rows() + 10)
                 }
                 _ => 200,
             };

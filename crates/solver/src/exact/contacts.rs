@@ -7,6 +7,7 @@ use super::operator::Operator;
 use super::{Goal, solve_blocks};
 use crate::friction_problem::project_on_cone;
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
+use crate::methods::judged;
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::{ContactRow, Prepared};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses};
@@ -97,16 +98,17 @@ impl<S: Space> ExactContacts<S> {
             project_on_cone(r, blocks.friction[i]);
         }
         r.resize(blocks.velocity.len(), [0.0; D]);
-        let mut iterations = 0;
+        let (mut iterations, mut factorisations) = (0, 0);
         let mut outcome = Outcome::nothing_to_do();
         for attempt in 0..ATTEMPTS {
             let goal = Goal {
                 tolerance: settings.tolerance * SHARE * 0.1_f64.powi(attempt) / blocks.largest_velocity(),
-                sweeps: 300,
-                factorisations: settings.factorisations,
+                sweeps: settings.iterations.min(300),
+                factorisations: settings.factorisations - factorisations,
             };
             let answer = solve_blocks(&blocks, &goal, &mut r, watch);
             iterations += answer.iterations();
+            factorisations = (factorisations + answer.factorisations).min(settings.factorisations);
             for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
                 project_on_cone(r, blocks.friction[i]);
             }
@@ -116,8 +118,8 @@ impl<S: Space> ExactContacts<S> {
                     tangent: S::Slip::from_fn(|k| if D > 1 { r[1 + k] } else { 0.0 }),
                 };
             }
-            let residual = residual_of(problem, &self.prepared, impulses);
-            outcome = Outcome::judged(iterations, residual, settings.tolerance);
+            let spent = (iterations, settings.tolerance);
+            outcome = judged(problem, &self.prepared, spent, &self.given, impulses);
             if answer.interrupted() {
                 outcome.stop = Stop::Interrupted;
             }

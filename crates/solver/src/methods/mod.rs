@@ -21,7 +21,7 @@ pub mod pgs_matrix;
 pub mod sequential;
 
 /// Judges impulses that an iteration ended with, unless they outgrew the numbers.
-fn judged<S: Space>(
+pub(crate) fn judged<S: Space>(
     problem: &ContactProblem<S>,
     prepared: &Prepared<S>,
     (iterations, tolerance): (usize, f64),
