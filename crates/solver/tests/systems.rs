@@ -71,7 +71,9 @@ fn a_resting_contact_holds_and_gives_no_more_than_needed<S: Space>() {
             let (impulses, outcome) = solve(&problem, kind, 10, 1e-15);
             assert_eq!(outcome.stop, Stop::Converged, "{}", kind.name());
             assert_close(impulses.contacts[0].normal, 2.0 * pull, 1e-16, kind.name());
-            assert_eq!(problem.velocities_after(&impulses)[0], Twist::default(), "{}", kind.name());
+            // not asked to the last bit: solvers that take roots of masses round once more
+            let left = problem.velocities_after(&impulses)[0];
+            assert!(left.dot(&left).sqrt() <= f64::EPSILON * pull, "{}: {left:?}", kind.name());
         }
     }
 }
