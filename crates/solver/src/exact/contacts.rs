@@ -7,7 +7,7 @@ use super::operator::Operator;
 use super::{Goal, solve_blocks};
 use crate::friction_problem::project_on_cone;
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
-use crate::methods::judged;
+use crate::methods::{judged, resisted};
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::{ContactRow, Prepared};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses};
@@ -51,6 +51,9 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
         if problem.scalar_rows() == 0 {
             return Outcome::nothing_to_do();
         }
+        if let Some(refusal) = resisted(problem, "exact", impulses) {
+            return refusal;
+        }
         self.prepared.update(problem);
         if let Some(reason) = refusal(problem) {
             let residual = residual_of(problem, &self.prepared, impulses);
@@ -73,9 +76,6 @@ fn refusal<S: Space>(problem: &ContactProblem<S>) -> Option<String> {
             "exact solves contacts, and the problem has {} bounded rows; use pgs or nncg",
             problem.rows.len()
         ));
-    }
-    if !problem.resistances.is_empty() {
-        return Some("exact knows no rolling or spinning friction; use pgs, nncg or apgd".into());
     }
     let boxed = S::SLIP > 1 && problem.friction_law == FrictionLaw::Box;
     boxed.then(|| "exact knows Coulomb's disc, and the problem asks for box friction; use pgs".into())

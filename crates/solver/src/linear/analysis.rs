@@ -359,11 +359,3 @@ fn runs(graph: &Graph, rows: &[u32], place: &[u32]) -> Vec<(u32, u32, u32)> {
     }
     out
 }
-
-impl Analysis {
-    /// Number and sizes of fronts, for eyes.
-    pub fn describe(&self) -> String {
-        let pivots = self.order.len();
-        format!("{} fronts, {} scalars, largest {}", self.fronts.len(), pivots, self.largest_front)
-    }
-}

@@ -33,7 +33,11 @@ pub(crate) fn judged<S: Space>(
 }
 
 /// A refusal of a problem with rolling or spinning friction by a solver that knows none.
-fn resisted<S: Space>(problem: &ContactProblem<S>, solver: &str, impulses: &Impulses<S>) -> Option<Outcome> {
+pub(crate) fn resisted<S: Space>(
+    problem: &ContactProblem<S>,
+    solver: &str,
+    impulses: &Impulses<S>,
+) -> Option<Outcome> {
     let reason = format!("{solver} knows no rolling or spinning friction; pgs, nncg and apgd do");
     let refused = || Outcome {
         iterations: 0,
