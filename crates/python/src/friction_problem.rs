@@ -78,7 +78,8 @@ impl PyFrictionProblem {
             indices: places(py, "indices", &indices)?,
             values: data.as_array().to_vec(),
         };
-        let inner = FrictionProblem { dimension, matrix, velocity, friction: mu.as_array().to_vec() };
+        let inner =
+            FrictionProblem { dimension, matrix: matrix.into(), velocity, friction: mu.as_array().to_vec() };
         inner.check().map_err(|e| errors::problem(py, &e))?;
         Ok(PyFrictionProblem { inner })
     }

@@ -3,7 +3,8 @@
 //! theory chapter 7). Knows no bodies: W is whatever was measured or assembled.
 
 use crate::cone_matrix::spectral_norm;
-use crate::delassus::Csr;
+use crate::delassus_blocks::Delassus;
+use crate::exact::row::product;
 use crate::problem::ProblemError;
 
 /// Find r with u = W r + q and Coulomb's law at every contact; contact i owns rows d i .. d i + d - 1.
@@ -12,7 +13,7 @@ pub struct FrictionProblem {
     /// Rows per contact: 1 without friction (a linear complementarity problem), 2 in the plane, 3 in space.
     pub dimension: usize,
     /// W, the Delassus operator; it need not be symmetric.
-    pub matrix: Csr,
+    pub matrix: Delassus,
     /// q: the relative velocities without impulses \[m/s\].
     pub velocity: Vec<f64>,
     /// Coefficient of friction per contact \[1\].
@@ -23,6 +24,10 @@ impl FrictionProblem {
     /// Number of contacts.
     pub fn contacts(&self) -> usize {
         self.friction.len()
+    }
+    /// Brings W into the blocks that solvers work on; the first solve does it otherwise.
+    pub fn prepare(&self) {
+        self.matrix.blocks(self.dimension);
     }
     /// Checks shapes and numbers of a problem that came from outside.
     ///
@@ -125,56 +130,85 @@ pub fn project_on_cone(x: &mut [f64], friction: f64) {
     x[1..].iter_mut().for_each(|t| *t *= scale);
 }
 
-/// |(r - P_K(r - step u_hat)) / step|^2 of one contact with at most three rows \[m^2/s^2\]. In each case of the
-/// projection the difference is taken by hand: impulses so huge that r - step u_hat rounds to r hide no velocity.
-pub fn natural_map_squared(impulse: &[f64], u_hat: &[f64], step: f64, friction: f64) -> f64 {
-    let square = |x: &[f64]| x.iter().map(|a| a * a).sum::<f64>();
-    let mut x = [0.0; 3];
-    let x = &mut x[..impulse.len()];
-    x.iter_mut().zip(impulse).zip(u_hat).for_each(|((x, r), u)| *x = r - step * u);
-    let (tangent, given) = (square(&x[1..]).sqrt(), square(&impulse[1..]).sqrt());
+/// |(r - P_K(r - step u_hat)) / step|^2 of one contact \[m^2/s^2\]. In each case of the projection the difference is
+/// taken by hand: impulses so huge that r - step u_hat rounds to r hide no velocity.
+fn natural_map_squared<const D: usize>(r: &[f64; D], u_hat: &[f64; D], step: f64, friction: f64) -> f64 {
+    let mut x: [f64; D] = std::array::from_fn(|k| r[k] - step * u_hat[k]);
+    let (tangent, given) = (length(&x[1..]), length(&r[1..]));
     if x[0] >= 0.0 && tangent <= friction * x[0] {
         return square(u_hat);
     }
     if friction * tangent <= -x[0] {
-        return square(impulse) / (step * step);
+        return square(r) / (step * step);
     }
     // r - P(x) = step u_hat + g (-mu, t), g (1 + mu^2) = |x_T| - mu x_N, t = x_T / |x_T|
-    let turned: f64 = impulse[1..].iter().zip(&u_hat[1..]).map(|(r, u)| r * u).sum();
+    let turned: f64 = r[1..].iter().zip(&u_hat[1..]).map(|(r, u)| r * u).sum();
     let longer = (step * square(&u_hat[1..]) - 2.0 * turned) / (tangent + given);
-    let over = (given - friction * impulse[0]) / step + longer + friction * u_hat[0];
+    let over = (given - friction * r[0]) / step + longer + friction * u_hat[0];
     let g = over / (1.0 + friction * friction);
     x[1..].iter_mut().zip(&u_hat[1..]).for_each(|(x, u)| *x = u + g * *x / tangent);
     x[0] = u_hat[0] - g * friction;
-    square(x)
+    square(&x)
+}
+
+fn square(x: &[f64]) -> f64 {
+    x.iter().map(|a| a * a).sum()
+}
+
+fn length(x: &[f64]) -> f64 {
+    square(x).sqrt()
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, a| m.max(a.abs()))
+}
+
+fn not_zero(x: f64) -> f64 {
+    if x > 0.0 { x } else { 1.0 }
 }
 
 /// Measures impulses against a problem; independent of every solver.
 pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
-    let (d, w) = (problem.dimension, &problem.matrix);
-    let mut velocity = w.times(impulses);
-    velocity.iter_mut().zip(&problem.velocity).for_each(|(u, q)| *u += q);
-    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
-    let length = |x: &[f64]| x.iter().map(|a| a * a).sum::<f64>().sqrt();
-    let not_zero = |x: f64| if x > 0.0 { x } else { 1.0 };
+    match problem.dimension {
+        1 => measured::<1>(problem, impulses, &norms(problem)),
+        2 => measured::<2>(problem, impulses, &norms(problem)),
+        _ => measured::<3>(problem, impulses, &norms(problem)),
+    }
+}
+
+/// The spectral norms of the diagonal blocks of W; 1 for a block of zeros.
+pub(crate) fn norms(problem: &FrictionProblem) -> Vec<f64> {
+    let d = problem.dimension;
+    let w = problem.matrix.blocks(d);
+    let norm = match d {
+        1 => spectral_norm::<1>,
+        2 => spectral_norm::<2>,
+        _ => spectral_norm::<3>,
+    };
+    w.diagonal.iter().map(|&at| not_zero(norm(&w.values[at as usize..][..d * d]))).collect()
+}
+
+/// The same with the norms of the diagonal blocks at hand.
+pub(crate) fn measured<const D: usize>(
+    problem: &FrictionProblem,
+    impulses: &[f64],
+    norms: &[f64],
+) -> Measure {
+    let w = problem.matrix.blocks(D);
+    let (impulses, _) = impulses.as_chunks::<D>();
+    let (given, _) = problem.velocity.as_chunks::<D>();
+    let mut velocity = vec![[0.0; D]; impulses.len()];
+    product(&w, impulses, &mut velocity);
     let (size, top) = (not_zero(length(&problem.velocity)), not_zero(largest(&problem.velocity)));
-    let strongest = impulses.chunks(d.max(1)).map(length).fold(1e-300, f64::max);
+    let strongest = impulses.iter().map(|r| length(r)).fold(1e-300, f64::max);
     let mut m = Measure::default();
-    for (i, &mu) in problem.friction.iter().enumerate() {
-        let range = d * i..d * i + d;
-        let (r, u) = (&impulses[range.clone()], &velocity[range.clone()]);
+    for (i, (r, &mu)) in impulses.iter().zip(&problem.friction).enumerate() {
+        let u: [f64; D] = std::array::from_fn(|k| velocity[i][k] + given[i][k]);
         let slip = length(&u[1..]);
-        let mut u_hat = u.to_vec();
+        let mut u_hat = u;
         u_hat[0] += mu * slip;
-        let block: Vec<f64> = range.clone().flat_map(|row| dense_row(w, row, range.clone())).collect();
-        let norm = match d {
-            1 => spectral_norm::<1>(&block),
-            2 => spectral_norm::<2>(&block),
-            _ => spectral_norm::<3>(&block),
-        };
-        let natural_map = |step: f64| natural_map_squared(r, &u_hat, step, mu);
-        m.natural += natural_map(1.0);
-        m.scaled += natural_map(1.0 / not_zero(norm));
+        m.natural += natural_map_squared(r, &u_hat, 1.0, mu);
+        m.scaled += natural_map_squared(r, &u_hat, 1.0 / norms[i], mu);
         let tangent = length(&r[1..]);
         m.cone = m.cone.max(tangent - mu * r[0]).max(-r[0]);
         m.penetration = m.penetration.max(-u[0]);
@@ -184,8 +218,8 @@ pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
             m.take_off += 1;
         } else if tangent > 0.0 && tangent >= mu * r[0] * (1.0 - 1e-6) && slip > 1e-9 * top {
             m.slip += 1;
-            let off: Vec<f64> = u[1..].iter().zip(&r[1..]).map(|(u, r)| u + slip / tangent * r).collect();
-            m.slip_alignment = m.slip_alignment.max(length(&off));
+            let off = |k: usize| u[k] + slip / tangent * r[k];
+            m.slip_alignment = m.slip_alignment.max((1..D).map(|k| off(k) * off(k)).sum::<f64>().sqrt());
         } else {
             m.stick += 1;
         }
@@ -197,10 +231,4 @@ pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
     m.complementarity /= strongest * top;
     m.slip_alignment /= top;
     m
-}
-
-fn dense_row(w: &Csr, row: usize, columns: std::ops::Range<usize>) -> Vec<f64> {
-    let mut dense = vec![0.0; columns.len()];
-    w.row(row).filter(|(j, _)| columns.contains(j)).for_each(|(j, x)| dense[j - columns.start] += x);
-    dense
 }

@@ -7,6 +7,7 @@ pub mod collision;
 pub mod cone;
 mod cone_matrix;
 pub mod delassus;
+mod delassus_blocks;
 pub mod diagnosis;
 pub mod exact;
 pub mod file;
@@ -29,6 +30,7 @@ pub mod watch;
 
 pub use certificate::Certificate;
 pub use delassus::Csr;
+pub use delassus_blocks::Delassus;
 pub use diagnosis::{Diagnosis, diagnose};
 pub use friction_problem::{FrictionProblem, Measure, measure};
 pub use friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};

@@ -34,7 +34,7 @@ fn random_matrix<S: Space>(random: &mut Random, contacts: usize, friction: f64) 
     let problem = random_problem::<S>(random, recipe);
     FrictionProblem {
         dimension: 1 + S::SLIP,
-        matrix: delassus(&problem),
+        matrix: delassus(&problem).into(),
         velocity: right_hand_side(&problem).iter().map(|b| -b).collect(),
         friction: problem.contacts.iter().map(|c| c.friction).collect(),
     }
@@ -66,7 +66,7 @@ fn both_forms_of_a_method_agree<S: Space>() {
         let bodies = random_problem::<S>(&mut random, recipe);
         let problem = FrictionProblem {
             dimension: 1 + S::SLIP,
-            matrix: delassus(&bodies),
+            matrix: delassus(&bodies).into(),
             velocity: right_hand_side(&bodies).iter().map(|b| -b).collect(),
             friction: bodies.contacts.iter().map(|c| c.friction).collect(),
         };
@@ -96,7 +96,8 @@ fn all_solvers_agree_on_linear_complementarity() {
         let z: Vec<f64> = (0..n).map(|i| if i % 2 == 0 { random.between(0.1, 1.0) } else { 0.0 }).collect();
         let matrix = Csr::from_rows(n, rows);
         let q = matrix.times(&z).iter().zip(&z).map(|(w, z)| if *z > 0.0 { -w } else { 0.3 - w }).collect();
-        let problem = FrictionProblem { dimension: 1, matrix, velocity: q, friction: vec![0.0; n] };
+        let problem =
+            FrictionProblem { dimension: 1, matrix: matrix.into(), velocity: q, friction: vec![0.0; n] };
         let wanted = velocities(&problem, &z);
         for kind in FrictionSolverKind::ALL {
             let (impulses, outcome) = solve_matrix(&problem, kind, 1e-9);
@@ -141,8 +142,12 @@ fn oracles_refuse_what_they_cannot_do_in_words() {
 #[test]
 fn a_contradiction_is_reported_by_every_solver() {
     let matrix = Csr::from_rows(2, [vec![(0, 1.0), (1, -1.0)], vec![(0, -1.0), (1, 1.0)]].into_iter());
-    let problem =
-        FrictionProblem { dimension: 1, matrix, velocity: vec![-1.0, -0.5], friction: vec![0.0; 2] };
+    let problem = FrictionProblem {
+        dimension: 1,
+        matrix: matrix.into(),
+        velocity: vec![-1.0, -0.5],
+        friction: vec![0.0; 2],
+    };
     for kind in FrictionSolverKind::ALL {
         let mut impulses = vec![0.0; 2];
         let settings = FrictionSettings { iterations: 2000, ..FrictionSettings::default() };

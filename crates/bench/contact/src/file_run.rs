@@ -41,6 +41,7 @@ pub fn run(words: &[String]) -> Result<(), String> {
         return Err(USAGE.into());
     };
     let problem = problem(path)?;
+    problem.prepare();
     let mut solver = solvers::make(name).ok_or_else(|| format!("no solver {name:?}"))?;
     let rules = Rules { repeats: number(repeats)? as usize, budget: number(budget)?, limit: number(limit)? };
     for asked in tolerances.split(',') {

@@ -25,7 +25,7 @@ impl Default for Rules {
 pub struct Timed {
     /// CPU time of the call \[s\].
     pub seconds: f64,
-    /// What the solver says of the solve alone: wall-clock time without its own change of format \[s\].
+    /// What the solver says of the solve alone: wall-clock time without the final measure \[s\].
     pub inside: f64,
     /// What the first call came to.
     pub outcome: FrictionOutcome,

@@ -67,7 +67,7 @@ pub fn read_flat(input: &mut impl Read) -> io::Result<FrictionProblem> {
     let values = read_real(input, stored)?;
     let problem = FrictionProblem {
         dimension,
-        matrix: Csr { shape: (n, n), starts, indices, values },
+        matrix: Csr { shape: (n, n), starts, indices, values }.into(),
         velocity: read_real(input, n)?,
         friction: read_real(input, contacts)?,
     };

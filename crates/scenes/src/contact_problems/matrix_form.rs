@@ -11,7 +11,7 @@ pub fn matrix_form<S: Space>(problem: &ContactProblem<S>) -> FrictionProblem {
     assert!(problem.rows.is_empty(), "a friction problem has no bounded rows");
     FrictionProblem {
         dimension: 1 + S::SLIP,
-        matrix: delassus::delassus(problem),
+        matrix: delassus::delassus(problem).into(),
         velocity: delassus::right_hand_side(problem).into_iter().map(|b| -b).collect(),
         friction: problem.contacts.iter().map(|c| c.friction).collect(),
     }

@@ -13,17 +13,19 @@ mod groups;
 mod interior_point;
 pub(crate) mod judge;
 pub(crate) mod lane;
-mod local;
+pub(crate) mod local;
 mod newton;
-mod operator;
+pub(crate) mod operator;
+mod principal_pivots;
 mod proximal;
+pub(crate) mod row;
 mod scaled;
 mod stage;
 mod step;
 pub(crate) mod sweeps;
 mod system;
 
-use crate::friction_problem::{FrictionProblem, Measure, measure, project_on_cone};
+use crate::friction_problem::{FrictionProblem, Measure, measure, measured, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::methods::lemke::Lemke;
 use crate::watch::Watch;
@@ -31,6 +33,7 @@ use blocks::Blocks;
 pub use contacts::ExactContacts;
 use interior_point::{Start, interior_point};
 use judge::Errors;
+use local::Local;
 use proximal::proximal;
 use scaled::Scaled;
 use stage::{Solve, StageEnd};
@@ -93,7 +96,19 @@ impl FrictionSolver for Exact {
         impulses: &mut [f64],
         watch: &mut Watch,
     ) -> FrictionOutcome {
+        if let Some(found) = at_once(problem, settings, impulses) {
+            return found;
+        }
         match problem.dimension {
+            1 if problem.contacts() <= FEW => {
+                let mut found = impulses.to_vec();
+                let outcome = Lemke.solve(problem, settings, &mut found, watch);
+                if outcome.solved {
+                    impulses.copy_from_slice(&found);
+                    return outcome;
+                }
+                in_dimension::<1>(problem, settings, impulses, watch)
+            }
             1 => {
                 let found = in_dimension::<1>(problem, settings, impulses, watch);
                 if found.solved { found } else { pivoted(problem, settings, impulses, watch, found) }
@@ -104,8 +119,62 @@ impl FrictionSolver for Exact {
     }
 }
 
+/// What needs no iteration over contacts: a single contact, and few contacts without friction. `None` when that does
+/// not solve the problem; the impulses are then as they were.
+fn at_once(
+    problem: &FrictionProblem,
+    settings: &FrictionSettings,
+    impulses: &mut [f64],
+) -> Option<FrictionOutcome> {
+    let started = Instant::now();
+    let (name, found, iterations) = match (problem.contacts(), problem.dimension) {
+        (1, 2) => ("one contact", alone::<2>(problem).to_vec(), 1),
+        (1, 3) => ("one contact", alone::<3>(problem).to_vec(), 1),
+        (n, 1) if n <= principal_pivots::LARGEST => {
+            let (found, rounds) = principal_pivots::pivoted(&problem.matrix, &problem.velocity, impulses)?;
+            ("pivots", found, rounds)
+        }
+        _ => return None,
+    };
+    let seconds = started.elapsed().as_secs_f64();
+    let measure = measure(problem, &found);
+    measure.solves(settings.tolerance).then(|| {
+        impulses.copy_from_slice(&found);
+        FrictionOutcome {
+            solved: true,
+            measure,
+            stages: vec![Stage { name, iterations }],
+            factorisations: 0,
+            seconds,
+            reason: String::new(),
+            strict_feasibility: None,
+        }
+    })
+}
+
+/// The impulse of the only contact.
+fn alone<const D: usize>(problem: &FrictionProblem) -> [f64; D] {
+    let w = problem.matrix.blocks(D);
+    let block = std::array::from_fn(|r| std::array::from_fn(|c| w.values[D * r + c]));
+    let velocity = std::array::from_fn(|k| problem.velocity[k]);
+    let mut local = Local::<D>::new(&block, problem.friction[0]);
+    let mut found = [0.0; D];
+    // the first round finds the slip to the square of its last correction, the others what rounding leaves
+    for _ in 0..8 {
+        let before = found;
+        found = local.solve(&velocity, &before);
+        if found == before {
+            break;
+        }
+    }
+    project_on_cone(&mut found, problem.friction[0]);
+    found
+}
+
 /// Complementarity problems that are not monotone are beyond every stage, but not beyond pivoting.
 const PIVOTED: usize = 400;
+/// So few contacts that pivoting comes before all stages.
+const FEW: usize = 16;
 
 fn pivoted(
     problem: &FrictionProblem,
@@ -153,7 +222,7 @@ fn in_dimension<const D: usize>(
     }
     let seconds = started.elapsed().as_secs_f64();
     let found = r[..blocks.count()].as_flattened();
-    let mut reached = measure(problem, found);
+    let mut reached = measured::<D>(problem, found, &blocks.norms);
     let solved = reached.solves(settings.tolerance);
     let mut given = impulses.to_vec();
     impulses.copy_from_slice(found);
@@ -219,7 +288,12 @@ fn solve_blocks<const D: usize>(
         best_errors: errors,
         watch: &mut |p| watch(p),
     };
-    answer.end = climb(&mut solve, &mut answer.stages);
+    let left = solve.best.clone();
+    answer.end = newton::descend(&mut solve, &left);
+    answer.stages.push(Stage { name: "newton", iterations: solve.system.factorisations });
+    if answer.end == StageEnd::Stuck {
+        answer.end = climb(&mut solve, &mut answer.stages);
+    }
     answer.errors = solve.best_errors;
     answer.factorisations = solve.system.factorisations;
     solve.scaled.to_impulses(&solve.best, r);

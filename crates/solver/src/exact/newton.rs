@@ -1,42 +1,75 @@
-//! Stage C: semismooth Newton on the natural map, from an iterate that is nearly there. Non-monotone: the last
-//! halving is accepted anyway, for some solutions are only reached over a rise.
+//! Stage C: semismooth Newton on the natural map, from an iterate of the interior point that is nearly there, and
+//! before it from the iterate that the sweeps left. Non-monotone: the last halving is accepted anyway, for some
+//! solutions are only reached over a rise.
 
 use super::stage::{Solve, StageEnd, advance, natural_size, newton_rows};
 
 /// Share of 1 / rho added to D: what keeps redundant contacts regular.
 const SHIFT: f64 = 1e-7;
+/// Shorter steps are not tried: 1/32.
+const HALVINGS: usize = 5;
+
+/// A Newton iteration in progress.
+struct Iteration<const D: usize> {
+    x: Vec<[f64; D]>,
+    u: Vec<[f64; D]>,
+    /// The natural map at x.
+    size: f64,
+    dx: Vec<[f64; D]>,
+    next: Vec<[f64; D]>,
+    next_u: Vec<[f64; D]>,
+    next_size: f64,
+}
+
+impl<const D: usize> Iteration<D> {
+    fn new(solve: &Solve<'_, D>, start: &[[f64; D]]) -> Self {
+        let (x, mut u) = (start.to_vec(), solve.vector());
+        solve.scaled.velocities(&x, &mut u);
+        let size = natural_size(&solve.scaled, &x, &u);
+        let [dx, next, next_u] = [solve.vector(), solve.vector(), solve.vector()];
+        Iteration { x, u, size, dx, next, next_u, next_size: size }
+    }
+    /// Tries a step with `shift` times 1 / rho added to D, halved until the natural map falls or the halvings are
+    /// spent; whether it fell, or nothing when the system is singular.
+    fn step(&mut self, solve: &mut Solve<'_, D>, shift: f64) -> Option<bool> {
+        let system = &mut solve.system;
+        newton_rows(&solve.scaled, (&self.x, &self.u), (0.0, shift), (&mut system.blocks, &mut self.dx));
+        if !system.factorize() || !system.solve(&solve.scaled, &mut self.dx) {
+            return None;
+        }
+        let mut length = 1.0;
+        for halving in 0..=HALVINGS {
+            advance(&self.x, &self.dx, length, &mut self.next);
+            solve.scaled.velocities(&self.next, &mut self.next_u);
+            self.next_size = natural_size(&solve.scaled, &self.next, &self.next_u);
+            if self.next_size < (1.0 - 1e-4 * length) * self.size || halving == HALVINGS {
+                break;
+            }
+            length *= 0.5;
+        }
+        Some(self.next_size < self.size)
+    }
+    /// Goes where the step led.
+    fn accept(&mut self) {
+        std::mem::swap(&mut self.x, &mut self.next);
+        std::mem::swap(&mut self.u, &mut self.next_u);
+        self.size = self.next_size;
+    }
+}
 
 /// At most `most` Newton steps from `start`.
 pub fn finish<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most: usize) -> StageEnd {
-    let mut x = start.to_vec();
-    let (mut u, mut dx, mut next) = (solve.vector(), solve.vector(), solve.vector());
-    solve.scaled.velocities(&x, &mut u);
-    let mut size = natural_size(&solve.scaled, &x, &u);
+    let mut at = Iteration::new(solve, start);
     let (mut best, mut bad) = (f64::INFINITY, 0);
     for iteration in 0..most {
         if solve.spent() {
             return StageEnd::OutOfBudget;
         }
-        let system = &mut solve.system;
-        newton_rows(&solve.scaled, (&x, &u), (0.0, SHIFT), (&mut system.blocks, &mut dx));
-        if !system.factorize() || !system.solve(&solve.scaled, &mut dx) {
+        let Some(better) = at.step(solve, SHIFT) else {
             return StageEnd::Stuck;
-        }
-        let mut step = 1.0;
-        let mut better = false;
-        for halving in 0..6 {
-            advance(&x, &dx, step, &mut next);
-            solve.scaled.velocities(&next, &mut u);
-            let found = natural_size(&solve.scaled, &next, &u);
-            if found < (1.0 - 1e-4 * step) * size || halving == 5 {
-                better = found < size;
-                size = found;
-                break;
-            }
-            step *= 0.5;
-        }
-        std::mem::swap(&mut x, &mut next);
-        let errors = solve.judge(&x, &u);
+        };
+        at.accept();
+        let errors = solve.judge(&at.x, &at.u);
         if errors.solves(solve.tolerance) {
             return StageEnd::Solved;
         }
@@ -48,6 +81,51 @@ pub fn finish<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most
         }
         best = best.min(errors.worst());
         if !better && iteration > 1 {
+            return StageEnd::Stuck;
+        }
+    }
+    StageEnd::Stuck
+}
+
+/// Most steps from where the sweeps left off.
+const EARLY: usize = 14;
+/// Errors above this are too far away for steps that do not fall.
+const NEAR: f64 = 1e-4;
+/// Shifted steps that may pass without a better iterate.
+const PATIENCE: usize = 5;
+
+/// Newton from the iterate that the sweeps left, before any interior point: a few factorisations where the sweeps
+/// have found what slips and what sticks, one where they have not. As long as the natural map falls the steps are
+/// plain; once it does not, they are shifted by the error (Levenberg and Marquardt), over rises too.
+pub fn descend<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]]) -> StageEnd {
+    let mut at = Iteration::new(solve, start);
+    let first = solve.best_errors.worst();
+    let mut best = first;
+    let (mut error, mut shifted, mut fruitless) = (first, false, 0);
+    for iteration in 0..EARLY {
+        if solve.spent() {
+            return StageEnd::OutOfBudget;
+        }
+        if !solve.tell("newton", iteration) {
+            return StageEnd::Interrupted;
+        }
+        let shift = if shifted { error.max(SHIFT) } else { SHIFT };
+        match at.step(solve, shift) {
+            Some(fell) if fell || shifted => at.accept(),
+            Some(_) if error < NEAR => {
+                shifted = true;
+                continue;
+            }
+            _ => return StageEnd::Stuck,
+        }
+        let errors = solve.judge(&at.x, &at.u);
+        if errors.solves(solve.tolerance) {
+            return StageEnd::Solved;
+        }
+        error = errors.worst();
+        fruitless = if error < 0.5 * best { 0 } else { fruitless + 1 };
+        best = best.min(error);
+        if fruitless > PATIENCE || !(error <= 1e3 * first) {
             return StageEnd::Stuck;
         }
     }

@@ -1,15 +1,16 @@
 //! W as an operator: blocks of a matrix, or contacts' rows on bodies, W = B B^T. The second knows no W at all: its
 //! cost is linear in the contacts however many of them meet at one body.
 
-use super::blocks::row_times;
 use super::bodies::{NO_BODY, Rows};
+use super::row;
 use crate::linear::Graph;
+use std::sync::Arc;
 
 /// W in one of its two forms.
 #[derive(Clone, Debug)]
 pub enum Operator<const D: usize> {
     /// D x D blocks on a symmetric pattern.
-    Matrix(Matrix),
+    Matrix(Arc<Matrix>),
     /// Rows on bodies.
     Bodies(Rows<D>),
 }
@@ -18,20 +19,24 @@ pub enum Operator<const D: usize> {
 #[derive(Clone, Debug, Default)]
 pub struct Matrix {
     /// Which contacts are coupled.
-    pub graph: Graph,
+    pub graph: Arc<Graph>,
     /// The blocks.
     pub values: Vec<f64>,
     /// Where the diagonal blocks start in the values.
-    pub diagonal: Vec<u32>,
+    pub diagonal: Arc<[u32]>,
 }
 
 impl Matrix {
+    /// Rows per contact.
+    pub fn dimension(&self) -> usize {
+        self.graph.sizes.first().map_or(0, |&d| d as usize)
+    }
     /// A matrix from its parts.
     pub fn new(graph: Graph, values: Vec<f64>) -> Self {
         let diagonal = (0..graph.nodes())
             .map(|i| graph.offsets[graph.position(i, i).expect("every row holds its diagonal")])
             .collect();
-        Matrix { graph, values, diagonal }
+        Matrix { graph: Arc::new(graph), values, diagonal }
     }
 }
 
@@ -63,11 +68,7 @@ impl<const D: usize> Operator<D> {
     /// out = W x; `bodies` is memory for B^T x.
     pub fn product(&self, x: &[[f64; D]], out: &mut [[f64; D]], bodies: &mut Vec<f64>) {
         match self {
-            Operator::Matrix(m) => {
-                for (i, out) in out.iter_mut().enumerate().take(m.graph.nodes()) {
-                    *out = row_times(&m.graph, &m.values, i, x, false);
-                }
-            }
+            Operator::Matrix(m) => row::product(m, x, out),
             Operator::Bodies(rows) => rows.product(x, bodies, out),
         }
     }
@@ -75,7 +76,7 @@ impl<const D: usize> Operator<D> {
     pub fn scaled(&self, stretch: &[[f64; D]]) -> Self {
         match self {
             Operator::Matrix(m) => {
-                let mut m = m.clone();
+                let mut m = Matrix::clone(m);
                 for i in 0..m.graph.nodes() {
                     for k in m.graph.row(i) {
                         let j = m.graph.neighbours[k] as usize;
@@ -85,7 +86,7 @@ impl<const D: usize> Operator<D> {
                         }
                     }
                 }
-                Operator::Matrix(m)
+                Operator::Matrix(Arc::new(m))
             }
             Operator::Bodies(rows) => {
                 let mut rows = rows.clone();
@@ -100,10 +101,10 @@ impl<const D: usize> Operator<D> {
         }
     }
     /// The blocks of W; `None` when there would be more than `most` of them.
-    pub fn matrix(&self, most: usize) -> Option<Matrix> {
+    pub fn matrix(&self, most: usize) -> Option<Arc<Matrix>> {
         match self {
             Operator::Matrix(m) => Some(m.clone()),
-            Operator::Bodies(rows) => assembled(rows, most),
+            Operator::Bodies(rows) => assembled(rows, most).map(Arc::new),
         }
     }
 }

@@ -1,11 +1,13 @@
 //! Stage A: Gauss-Seidel sweeps with the exact local solution, as long as they promise to be cheaper than the
 //! interior point. Knows the problem in its own units.
 
-use super::blocks::{Blocks, row_times};
+use super::blocks::Blocks;
 use super::judge::{Errors, errors};
-use super::local::solve_contact;
+use super::local::Local;
 use super::operator::Operator;
+use super::row::{in_fours, row_times};
 use crate::watch::{Progress, Watch};
+use pulp::{Simd, WithSimd};
 
 /// How the sweeps ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,34 +20,71 @@ pub enum Ended {
     Interrupted,
 }
 
-/// One sweep over all contacts; `bodies` holds B^T r where W is given by rows on bodies. Returns the largest change
-/// of an impulse as a velocity \[m/s\], NaN included.
-pub fn sweep<const D: usize>(blocks: &Blocks<D>, r: &mut [[f64; D]], bodies: &mut [f64]) -> f64 {
-    let mut largest = 0.0;
-    for i in 0..blocks.count() {
-        let mut b = match &blocks.operator {
-            Operator::Matrix(m) => row_times(&m.graph, &m.values, i, r, true),
-            Operator::Bodies(rows) => {
-                let mut seen = rows.relative(i, bodies);
-                for (seen, row) in seen.iter_mut().zip(&blocks.diagonal[i]) {
-                    *seen -= row.iter().zip(&r[i]).map(|(w, r)| w * r).sum::<f64>();
-                }
-                seen
+/// How far a sweep moved the impulses, as velocities; NaN included.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Change {
+    /// Of the contact that moved most \[m/s\].
+    pub largest: f64,
+    /// Squares of all contacts added up \[m^2/s^2\].
+    pub squared: f64,
+}
+
+/// What the solutions of single contacts need.
+pub fn locals<const D: usize>(blocks: &Blocks<D>) -> Vec<Local<D>> {
+    blocks.diagonal.iter().zip(&blocks.friction).map(|(w, &mu)| Local::new(w, mu)).collect()
+}
+
+struct Sweep<'a, const D: usize> {
+    blocks: &'a Blocks<D>,
+    locals: &'a mut [Local<D>],
+    r: &'a mut [[f64; D]],
+    bodies: &'a mut [f64],
+}
+
+impl<const D: usize> WithSimd for Sweep<'_, D> {
+    type Output = Change;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Change {
+        let Sweep { blocks, locals, r, bodies } = self;
+        let mut change = Change::default();
+        for (i, local) in locals.iter_mut().enumerate() {
+            let mut b = match &blocks.operator {
+                Operator::Matrix(m) => row_times(simd, m, i, r),
+                Operator::Bodies(rows) => rows.relative(i, bodies),
+            };
+            let (old, block) = (r[i], &blocks.diagonal[i]);
+            for k in 0..D {
+                let own: f64 = (0..D).map(|c| block[k][c] * old[c]).sum();
+                b[k] += blocks.velocity[i][k] - own;
             }
-        };
-        for k in 0..D {
-            b[k] += blocks.velocity[i][k];
+            let found = local.solve(&b, &old);
+            let mut moved = [0.0; D];
+            let mut squared = 0.0;
+            for k in 0..D {
+                moved[k] = found[k] - old[k];
+                squared += moved[k] * moved[k];
+            }
+            if let Operator::Bodies(rows) = &blocks.operator {
+                rows.push(i, &moved, bodies);
+            }
+            r[i] = found;
+            squared *= blocks.norms[i] * blocks.norms[i];
+            change.squared += squared;
+            change.largest =
+                if squared > change.largest || squared.is_nan() { squared } else { change.largest };
         }
-        let found = solve_contact(blocks.diagonal[i].as_flattened(), &b, blocks.friction[i], &r[i]);
-        let change: [f64; D] = std::array::from_fn(|k| found[k] - r[i][k]);
-        if let Operator::Bodies(rows) = &blocks.operator {
-            rows.push(i, &change, bodies);
-        }
-        r[i] = found;
-        let moved = change.iter().map(|c| c * c).sum::<f64>().sqrt() * blocks.norms[i];
-        largest = if moved > largest || moved.is_nan() { moved } else { largest };
+        Change { largest: change.largest.sqrt(), ..change }
     }
-    largest
+}
+
+/// One sweep over all contacts; `bodies` holds B^T r where W is given by rows on bodies.
+pub fn sweep<const D: usize>(
+    blocks: &Blocks<D>,
+    locals: &mut [Local<D>],
+    r: &mut [[f64; D]],
+    bodies: &mut [f64],
+) -> Change {
+    in_fours(Sweep { blocks, locals, r, bodies })
 }
 
 /// u = W r + q; leaves B^T r in `bodies`.
@@ -63,8 +102,37 @@ pub fn velocities<const D: usize>(
     }
 }
 
+/// Nanoseconds of a sweep per coupled pair and per contact.
+const PER_COUPLING: f64 = 1.5;
+const PER_CONTACT: f64 = 25.0;
+
+/// How fast the changes of the sweeps fall, and what error goes with a change.
+#[derive(Clone, Debug)]
+struct Decay {
+    changes: Vec<f64>,
+    /// Error over change when it was last measured.
+    error_over_change: f64,
+}
+
+impl Decay {
+    /// The error expected now.
+    fn error(&self) -> f64 {
+        self.error_over_change * self.changes.last().copied().unwrap_or(f64::INFINITY)
+    }
+    /// Sweeps left until the error is at the tolerance; infinite when the changes do not fall.
+    fn left(&self, tolerance: f64) -> f64 {
+        let (n, span) = (self.changes.len(), 4.min(self.changes.len() - 1));
+        let rate = (self.changes[n - 1] / self.changes[n - 1 - span]).powf(1.0 / span.max(1) as f64);
+        if rate < 1.0 { ((tolerance / self.error()).ln() / rate.ln()).max(0.0) } else { f64::INFINITY }
+    }
+}
+
+/// Sweeps before their decay says anything.
+const LEARNING: usize = 6;
+
 /// Sweeps until solved or until more sweeps cost more than an interior point solve. Costs in nanoseconds on one
-/// core of 2026, from the sizes alone, so that the choice is the same everywhere.
+/// core of 2026, from the sizes alone, so that the choice is the same everywhere. The error is measured when the
+/// changes promise that it is small enough, and now and then.
 pub fn sweeps<const D: usize>(
     blocks: &Blocks<D>,
     (tolerance, most): (f64, usize),
@@ -72,17 +140,29 @@ pub fn sweeps<const D: usize>(
     watch: &mut Watch,
 ) -> (usize, Errors, Ended) {
     let (contacts, couplings) = (blocks.count() as f64, blocks.operator.couplings() as f64);
-    let per_sweep = 3.0 * couplings + 50.0 * contacts;
+    let per_sweep = PER_COUPLING * couplings + PER_CONTACT * contacts;
     let interior_point = 14.0 * (250.0 * contacts + 30.0 * couplings) + 2000.0;
-    let mut history: Vec<f64> = Vec::new();
+    let size = blocks.size();
+    let mut decay = Decay { changes: Vec::with_capacity(64), error_over_change: 1.0 };
+    let mut locals = locals(blocks);
     let mut bodies = Vec::new();
     velocities(blocks, r, u, &mut bodies);
     let mut found = Errors::default();
+    let mut measured = 0;
     for k in 1..=most {
-        sweep(blocks, r, &mut bodies);
-        if k > 8 && k % 4 != 0 && k < most {
+        let change = sweep(blocks, &mut locals, r, &mut bodies);
+        let change = if blocks.by_contact { change.largest } else { change.squared.sqrt() } / size;
+        decay.changes.push(change);
+        let mut leave = k == most || !change.is_finite();
+        if k >= LEARNING {
+            let (need, spent) = (decay.left(tolerance) * per_sweep, k as f64 * per_sweep);
+            let dear = need > 0.7 * interior_point && spent > 0.15 * interior_point;
+            leave |= dear || (spent > 0.6 * interior_point && need > 0.3 * interior_point);
+        }
+        if !leave && decay.error() > tolerance && k < measured + k / 2 + LEARNING {
             continue;
         }
+        measured = k;
         velocities(blocks, r, u, &mut bodies);
         found = errors(blocks, r, u);
         if found.solves(tolerance) {
@@ -91,17 +171,11 @@ pub fn sweeps<const D: usize>(
         if !watch(&Progress { stage: "sweeps", iterations: k, residual: found.worst() }) {
             return (k, found, Ended::Interrupted);
         }
-        history.push(found.worst());
-        if k >= 6 && history.len() >= 3 {
-            let old = history[history.len() - 3];
-            let rate = (found.worst() / old).powf(1.0 / if k <= 8 { 2.0 } else { 8.0 });
-            let left = if rate < 1.0 { (tolerance / found.worst()).ln() / rate.ln() } else { f64::INFINITY };
-            let (need, spent) = (left * per_sweep, k as f64 * per_sweep);
-            let dear = need > 0.7 * interior_point && spent > 0.15 * interior_point;
-            let slow = spent > 0.6 * interior_point && need > 0.3 * interior_point;
-            if dear || slow || !found.worst().is_finite() {
-                return (k, found, Ended::LeftOff);
-            }
+        if leave {
+            return (k, found, Ended::LeftOff);
+        }
+        if change > 0.0 {
+            decay.error_over_change = found.worst() / change;
         }
     }
     (most, found, Ended::LeftOff)

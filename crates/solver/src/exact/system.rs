@@ -7,6 +7,7 @@ use super::groups::GroupSpace;
 use super::operator::{Matrix, Operator};
 use super::scaled::Scaled;
 use crate::linear::{Analysis, Factor};
+use std::sync::Arc;
 
 /// D of one contact.
 pub type Block<const D: usize> = [[f64; D]; D];
@@ -36,13 +37,13 @@ enum Form<const D: usize> {
 struct ContactSpace {
     analysis: Analysis,
     factor: Factor,
-    matrix: Matrix,
+    matrix: Arc<Matrix>,
     /// W~ + D.
     values: Vec<f64>,
 }
 
 impl ContactSpace {
-    fn of(matrix: Matrix) -> Self {
+    fn of(matrix: Arc<Matrix>) -> Self {
         ContactSpace {
             analysis: Analysis::new(&matrix.graph),
             factor: Factor::default(),
@@ -82,7 +83,7 @@ impl<const D: usize> System<D> {
         self.factorisations += 1;
         match &mut self.form {
             Form::Contacts(space) => {
-                for (block, &at) in self.blocks.iter().zip(&space.matrix.diagonal) {
+                for (block, &at) in self.blocks.iter().zip(space.matrix.diagonal.iter()) {
                     let at = at as usize;
                     for (k, &d) in block.as_flattened().iter().enumerate() {
                         space.values[at + k] = space.matrix.values[at + k] + d;

@@ -6,11 +6,13 @@ use crate::cone_matrix::spectral_norm;
 use crate::exact::blocks::Blocks;
 use crate::exact::judge::errors;
 use crate::exact::lane::padded;
-use crate::exact::sweeps::{sweep, velocities};
+use crate::exact::local::Local;
+use crate::exact::sweeps::{locals, sweep, velocities};
 use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::methods::first_order::{Budget, End, FirstOrder, Memory, Method, Point};
 use crate::watch::Watch;
+use std::cell::RefCell;
 use std::marker::PhantomData;
 use std::time::Instant;
 
@@ -85,7 +87,8 @@ fn run<M: Method, const D: usize>(
     watch: &mut Watch,
 ) -> (End, bool) {
     let blocks = Blocks::<D>::of(problem);
-    let form = Rows { blocks: &blocks, steps: (0..blocks.count()).map(|i| Step::of(&blocks, i)).collect() };
+    let steps = (0..blocks.count()).map(|i| Step::of(&blocks, i)).collect();
+    let form = Rows { blocks: &blocks, steps, locals: RefCell::new(locals(&blocks)) };
     let mut at = RowPoint::<D>::default();
     at.impulses.extend(impulses.chunks_exact(D).map(|r| -> [f64; D] { std::array::from_fn(|k| r[k]) }));
     at.impulses.resize(padded(blocks.count()), [0.0; D]);
@@ -98,7 +101,11 @@ fn run<M: Method, const D: usize>(
     let end = M::run(&form, &budget, &mut at, &mut Memory::default(), watch);
     let finite = at.impulses.iter().flatten().all(|r| r.is_finite());
     if finite {
-        impulses.chunks_exact_mut(D).zip(&at.impulses).for_each(|(r, found)| r.copy_from_slice(found));
+        for ((r, found), &mu) in impulses.chunks_exact_mut(D).zip(&at.impulses).zip(&problem.friction) {
+            r.copy_from_slice(found);
+            // sweeps leave the cones by the square of their last change
+            project_on_cone(r, mu);
+        }
     }
     (end, finite)
 }
@@ -152,6 +159,7 @@ impl Step {
 struct Rows<'a, const D: usize> {
     blocks: &'a Blocks<D>,
     steps: Vec<Step>,
+    locals: RefCell<Vec<Local<D>>>,
 }
 
 impl<const D: usize> FirstOrder for Rows<'_, D> {
@@ -159,7 +167,7 @@ impl<const D: usize> FirstOrder for Rows<'_, D> {
     const SWEEPS_KEEP_VELOCITIES: bool = false;
 
     fn sweep(&self, at: &mut RowPoint<D>) -> f64 {
-        sweep(self.blocks, &mut at.impulses, &mut [])
+        sweep(self.blocks, &mut self.locals.borrow_mut(), &mut at.impulses, &mut []).largest
     }
 
     fn descend(&self, from: &RowPoint<D>, step: f64, to: &mut RowPoint<D>) {

@@ -87,7 +87,7 @@ pub fn known(family: Family, dimension: usize, contacts: usize, seed: u64) -> Kn
     };
     let q: Vec<f64> =
         w.iter().zip(&u).map(|(row, u)| u - row.iter().zip(&r).map(|(a, b)| a * b).sum::<f64>()).collect();
-    let problem = FrictionProblem { dimension, matrix: compressed(&w), velocity: q, friction };
+    let problem = FrictionProblem { dimension, matrix: compressed(&w).into(), velocity: q, friction };
     Known { problem, solution: r, name: (family, dimension, contacts, seed) }
 }
 
@@ -231,7 +231,12 @@ pub fn compressed(dense: &[Vec<f64>]) -> Csr {
 
 /// A problem from a dense W.
 pub fn from_dense(dimension: usize, w: &[Vec<f64>], q: &[f64], friction: &[f64]) -> FrictionProblem {
-    FrictionProblem { dimension, matrix: compressed(w), velocity: q.to_vec(), friction: friction.to_vec() }
+    FrictionProblem {
+        dimension,
+        matrix: compressed(w).into(),
+        velocity: q.to_vec(),
+        friction: friction.to_vec(),
+    }
 }
 
 /// Two problems as one that does not couple them.

@@ -113,7 +113,7 @@ pub fn assembled<S: Space>(problem: &ContactProblem<S>) -> FrictionProblem {
     assert!(problem.rows.is_empty(), "bounded rows have no place in a friction problem");
     FrictionProblem {
         dimension: 1 + S::SLIP,
-        matrix: delassus(problem),
+        matrix: delassus(problem).into(),
         velocity: right_hand_side(problem).iter().map(|b| -b).collect(),
         friction: problem.contacts.iter().map(|c| c.friction).collect(),
     }
