@@ -1,24 +1,24 @@
 //! Numeric factorisation and solution, front by front from the leaves to the roots (Duff and Reid 1983).
 
-use super::analysis::{Analysis, Front};
-use super::front::{invert, padded, solve_panel, subtract_columns, subtract_product, subtract_products};
+use super::analysis::Analysis;
+use super::front::{Panel, Scratch, eliminate};
+use super::kernel::{SLACK, add_product, padded};
+use super::layout::Front;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Factors of a matrix, with the memory to make and use them.
+/// Factors of a matrix, with the memory to make and use them; no call but the first of an analysis allocates.
 #[derive(Clone, Debug, Default)]
 pub struct Factor {
-    /// Per chunk, one after another: inverse of the pivot block, then the columns below, then U.
+    /// P, L and U of every front, one after another.
     panels: Vec<f64>,
-    /// The front being eliminated.
-    front: Vec<f64>,
-    /// Remainders of fronts that wait for their parents, last in, first out.
-    waiting: Vec<f64>,
-    /// Pivot rows of a chunk, turned.
-    turned: Vec<f64>,
+    /// Remainders of fronts that wait for their parents, last in, first out; those of parents and of children in turn.
+    waiting: [Vec<f64>; 2],
+    scratch: Scratch,
     /// Right-hand side in the order of elimination.
     solution: Vec<f64>,
-    /// The part of it that a front touches.
-    touched: Vec<f64>,
+    /// The parts of it that a front works on.
+    pivots: Vec<f64>,
+    rows: Vec<f64>,
 }
 
 struct Factorize<'a>(&'a mut Factor, &'a Analysis, &'a [f64]);
@@ -44,6 +44,7 @@ impl WithSimd for Solve<'_> {
 impl Factor {
     /// Factorises the matrix of the analysed pattern with these values; false when a pivot block is singular.
     pub fn factorize(&mut self, analysis: &Analysis, values: &[f64]) -> bool {
+        self.fit(analysis);
         Arch::new().dispatch(Factorize(self, analysis, values))
     }
 
@@ -52,174 +53,207 @@ impl Factor {
         Arch::new().dispatch(Solve(self, analysis, x));
     }
 
+    fn fit(&mut self, analysis: &Analysis) {
+        let sizes = &analysis.sizes;
+        self.panels.resize(sizes.panels + SLACK, 0.0);
+        for (stack, &length) in self.waiting.iter_mut().zip(&sizes.waiting) {
+            stack.resize(length, 0.0);
+        }
+        self.scratch.fit(sizes.chunk, sizes.pivots, sizes.rows);
+        self.solution.resize(analysis.order.len(), 0.0);
+        self.pivots.resize(padded(sizes.pivots) + SLACK, 0.0);
+        self.rows.resize(padded(sizes.rows) + SLACK, 0.0);
+    }
+
     #[inline(always)]
     fn factorize_in<S: Simd>(&mut self, simd: S, analysis: &Analysis, values: &[f64]) -> bool {
-        self.panels.resize(analysis.panels, 0.0);
-        let mut panel = 0;
-        self.waiting.clear();
-        let largest = padded(analysis.largest_front);
-        self.front.resize(largest * largest, 0.0);
-        self.turned.resize(largest * 64, 0.0);
+        let mut held = [0; 2];
         for front in &analysis.fronts {
-            let size = front.pivot_scalars + front.row_scalars;
-            let stride = padded(size);
-            self.front[..stride * size].fill(0.0);
-            self.gather(analysis, front, values, stride);
-            let mut at = 0;
-            for &chunk in &front.chunks {
-                if !self.eliminate(simd, (at, chunk as usize), (size, stride), &mut panel) {
-                    return false;
-                }
-                at += chunk as usize;
+            let panel = &mut self.panels[front.panel..front.panel + front.panel_length()];
+            panel.fill(0.0);
+            for block in front.blocks.of(&analysis.lists.blocks) {
+                let (rows, columns) = (block.rows as usize, block.columns as usize);
+                let source = &values[block.values as usize..][..rows * columns];
+                let target = &mut panel[block.place as usize..];
+                place(source, (target, block.stride as usize), (rows, columns));
             }
-            for column in self.front[..stride * size].chunks(stride).skip(front.pivot_scalars) {
-                self.waiting.extend_from_slice(&column[front.pivot_scalars..size]);
+            let mut panel = split(panel, front);
+            let (even, odd) = self.waiting.split_at_mut(1);
+            let (own, other) =
+                if front.stack == 0 { (&mut even[0], &odd[0]) } else { (&mut odd[0], &even[0]) };
+            let start = held[front.stack];
+            let remainder = &mut own[start..start + front.remainder()];
+            remainder.fill(0.0);
+            for &c in front.children.of(&analysis.lists.children).iter().rev() {
+                let child = &analysis.fronts[c as usize];
+                let end = held[child.stack];
+                held[child.stack] -= child.remainder();
+                add_remainder(analysis, child, &other[held[child.stack]..end], &mut panel, remainder);
             }
-        }
-        true
-    }
-
-    /// Fills the front with the matrix's blocks and the children's remainders.
-    #[inline(always)]
-    fn gather(&mut self, analysis: &Analysis, front: &Front, values: &[f64], stride: usize) {
-        for block in &front.blocks {
-            let source = &values[block.offset as usize..(block.offset + block.rows * block.columns) as usize];
-            for (r, row) in source.chunks_exact(block.columns as usize).enumerate() {
-                for (c, &x) in row.iter().enumerate() {
-                    self.front[(block.column as usize + c) * stride + block.row as usize + r] += x;
-                }
+            let chunks = front.chunks.of(&analysis.lists.chunks);
+            if !eliminate(simd, &mut panel, remainder, chunks, &mut self.scratch) {
+                return false;
             }
+            held[front.stack] += front.remainder();
         }
-        for &c in front.children.iter().rev() {
-            let child = &analysis.fronts[c as usize];
-            let b = child.row_scalars;
-            let start = self.waiting.len() - b * b;
-            for &(from, to, length) in &child.runs {
-                for k in 0..length as usize {
-                    let column = (to as usize + k) * stride;
-                    let own = &self.waiting[start + (from as usize + k) * b..][..b];
-                    for &(f, t, n) in &child.runs {
-                        let target = &mut self.front[column + t as usize..column + (t + n) as usize];
-                        let source = &own[f as usize..(f + n) as usize];
-                        target.iter_mut().zip(source).for_each(|(t, s)| *t += s);
-                    }
-                }
-            }
-            self.waiting.truncate(start);
-        }
-    }
-
-    /// Eliminates one chunk of pivots from the front.
-    #[inline(always)]
-    fn eliminate<S: Simd>(
-        &mut self,
-        simd: S,
-        (at, k): (usize, usize),
-        (size, stride): (usize, usize),
-        panel: &mut usize,
-    ) -> bool {
-        let m = size - at - k;
-        let ld = padded(m);
-        let row = padded(k);
-        let (inverse, rest) = self.panels[*panel..].split_at_mut(k * row);
-        let (l, u) = rest.split_at_mut(k * ld);
-        let u = &mut u[..k * ld];
-        *panel += k * row + 2 * k * ld;
-        let turned = &mut self.turned[..k * ld];
-        for c in 0..k {
-            let column = &self.front[(at + c) * stride..(at + c) * stride + size];
-            for r in 0..k {
-                inverse[r * row + c] = column[at + r];
-            }
-            l[c * ld..c * ld + m].copy_from_slice(&column[at + k..]);
-            l[c * ld + m..(c + 1) * ld].fill(0.0);
-            turned[c * ld + m..(c + 1) * ld].fill(0.0);
-        }
-        if !invert(simd, inverse, k) {
-            return false;
-        }
-        if m == 0 {
-            return true;
-        }
-        let rest = &mut self.front[(at + k) * stride..];
-        for (j, column) in rest.chunks(stride).take(m).enumerate() {
-            for r in 0..k {
-                turned[r * ld + j] = column[at + r];
-            }
-        }
-        solve_panel(simd, inverse, turned, u, ld, k);
-        subtract_product(simd, (rest, stride, at + k), (l, u), (m, k));
         true
     }
 
     #[inline(always)]
     fn solve_in<S: Simd>(&mut self, simd: S, analysis: &Analysis, x: &mut [f64]) {
-        self.solution.clear();
-        self.solution.extend(analysis.order.iter().map(|&i| x[i as usize]));
-        self.touched.resize(padded(analysis.largest_front) + 8, 0.0);
-        let mut z = [0.0; 64];
-        let mut panel = 0;
+        for (out, &i) in self.solution.iter_mut().zip(&analysis.order) {
+            *out = x[i as usize];
+        }
         for front in &analysis.fronts {
-            let size = front.pivot_scalars + front.row_scalars;
-            let touched = &mut self.touched[..padded(size) + 8];
-            touched[..front.pivot_scalars]
-                .copy_from_slice(&self.solution[front.first..][..front.pivot_scalars]);
-            touched[front.pivot_scalars..].fill(0.0);
-            let mut at = 0;
-            for &k in &front.chunks {
-                let k = k as usize;
-                let ld = padded(size - at - k);
-                let (inverse, rest) = self.panels[panel..].split_at(k * padded(k));
-                multiply(simd, inverse, &touched[at..at + k], &mut z);
-                touched[at..at + k].copy_from_slice(&z[..k]);
-                subtract_columns(simd, &mut touched[at + k..], &rest[..k * ld], &z[..k], ld);
-                panel += k * padded(k) + 2 * k * ld;
-                at += k;
-            }
-            self.solution[front.first..][..front.pivot_scalars]
-                .copy_from_slice(&touched[..front.pivot_scalars]);
-            for (&i, t) in front.positions.iter().zip(&touched[front.pivot_scalars..]) {
-                self.solution[i as usize] += t;
-            }
+            self.forward(simd, front, analysis);
         }
         for front in analysis.fronts.iter().rev() {
-            let size = front.pivot_scalars + front.row_scalars;
-            let touched = &mut self.touched[..padded(size) + 8];
-            touched[..front.pivot_scalars]
-                .copy_from_slice(&self.solution[front.first..][..front.pivot_scalars]);
-            for (&i, t) in front.positions.iter().zip(&mut touched[front.pivot_scalars..]) {
-                *t = self.solution[i as usize];
-            }
-            touched[size..].fill(0.0);
-            let mut at = front.pivot_scalars;
-            for &k in front.chunks.iter().rev() {
-                let k = k as usize;
-                let ld = padded(size - at);
-                let inverse = k * padded(k);
-                panel -= inverse + 2 * k * ld;
-                at -= k;
-                let u = &self.panels[panel + inverse + k * ld..panel + inverse + 2 * k * ld];
-                let (own, later) = touched.split_at_mut(at + k);
-                subtract_products(simd, &mut own[at..], u, later, ld);
-            }
-            self.solution[front.first..][..front.pivot_scalars]
-                .copy_from_slice(&touched[..front.pivot_scalars]);
+            self.backward(simd, front, analysis);
         }
-        analysis.order.iter().zip(&self.solution).for_each(|(&i, &value)| x[i as usize] = value);
+        for (&value, &i) in self.solution.iter().zip(&analysis.order) {
+            x[i as usize] = value;
+        }
+    }
+
+    /// Takes a front's pivots out of the later ones.
+    #[inline(always)]
+    fn forward<S: Simd>(&mut self, simd: S, front: &Front, analysis: &Analysis) {
+        let (p, m, ld) = (front.pivots, front.rows, front.stride());
+        let own = &mut self.solution[front.first..front.first + p];
+        let chunks = front.chunks.of(&analysis.lists.chunks);
+        if chunks.len() > 1 {
+            let z = &mut self.pivots;
+            z[..p].copy_from_slice(own);
+            let mut at = 0;
+            for &(k, _) in chunks {
+                let k = k as usize;
+                let (done, later) = z.split_at_mut(at + k);
+                let minus = negated(&done[at..]);
+                let below = &self.panels[front.panel + at * p + at + k..];
+                add_product(simd, later, (below, p), &minus[..k], p - at - k);
+                at += k;
+            }
+            own.copy_from_slice(&z[..p]);
+        }
+        if m > 0 {
+            let l = &self.panels[front.panel + p * p..];
+            self.rows[..ld].fill(0.0);
+            add_product(simd, &mut self.rows, (l, ld), own, ld);
+            for (&i, change) in front.positions.of(&analysis.lists.positions).iter().zip(&self.rows) {
+                self.solution[i as usize] -= change;
+            }
+        }
+    }
+
+    /// Finds a front's pivots from the later ones.
+    #[inline(always)]
+    fn backward<S: Simd>(&mut self, simd: S, front: &Front, analysis: &Analysis) {
+        let (p, m, ld) = (front.pivots, front.rows, front.stride());
+        let panel = &self.panels[front.panel..];
+        let z = &mut self.pivots;
+        z[..p].copy_from_slice(&self.solution[front.first..front.first + p]);
+        if m > 0 {
+            for (x, &i) in self.rows.iter_mut().zip(front.positions.of(&analysis.lists.positions)) {
+                *x = -self.solution[i as usize];
+            }
+            add_product(simd, z, (&panel[p * (p + ld)..], p), &self.rows[..m], p);
+        }
+        let mut at = p;
+        for &(k, _) in front.chunks.of(&analysis.lists.chunks).iter().rev() {
+            let k = k as usize;
+            at -= k;
+            let mut own = [0.0; 64 + SLACK];
+            own[..k].copy_from_slice(&z[at..at + k]);
+            for (part, later) in z[at + k..p].chunks(64).enumerate() {
+                let minus = negated(later);
+                let right = &panel[(at + k + 64 * part) * p + at..];
+                add_product(simd, &mut own, (right, p), &minus[..later.len()], k);
+            }
+            let mut found = [0.0; 64 + SLACK];
+            add_product(simd, &mut found, (&panel[at * p + at..], p), &own[..k], k);
+            z[at..at + k].copy_from_slice(&found[..k]);
+        }
+        self.solution[front.first..front.first + p].copy_from_slice(&z[..p]);
     }
 }
 
-/// y = A x for a small matrix stored row by row, rows of length `padded(k)` with k the length of x.
+/// -x; at most 64 numbers.
 #[inline(always)]
-fn multiply<S: Simd>(simd: S, a: &[f64], x: &[f64], y: &mut [f64; 64]) {
-    let row = padded(x.len());
-    let mut full = [0.0; 64];
-    full[..x.len()].copy_from_slice(x);
-    for (line, out) in a.chunks_exact(row).zip(y) {
-        let mut sum = simd.splat_f64s(0.0);
-        for (a, b) in S::as_simd_f64s(line).0.iter().zip(S::as_simd_f64s(&full[..row]).0) {
-            sum = simd.mul_add_f64s(*a, *b, sum);
+fn negated(x: &[f64]) -> [f64; 64] {
+    let mut out = [0.0; 64];
+    out.iter_mut().zip(x).for_each(|(o, x)| *o = -x);
+    out
+}
+
+/// P, L and U of a panel.
+#[inline(always)]
+fn split<'a>(panel: &'a mut [f64], front: &Front) -> Panel<'a> {
+    let (pivots, rows, stride) = (front.pivots, front.rows, front.stride());
+    let (p, rest) = panel.split_at_mut(pivots * pivots);
+    let (l, u) = rest.split_at_mut(pivots * stride);
+    Panel { p, l, u, pivots, rows, stride }
+}
+
+/// Writes a block that lies row by row into columns.
+#[inline(always)]
+fn place(source: &[f64], (target, stride): (&mut [f64], usize), (rows, columns): (usize, usize)) {
+    match (rows, columns) {
+        (3, 3) => place_square::<3>(source, target, stride),
+        (6, 6) => place_square::<6>(source, target, stride),
+        _ => {
+            for (r, row) in source.chunks_exact(columns).enumerate() {
+                row.iter().enumerate().for_each(|(c, &x)| target[c * stride + r] = x);
+            }
         }
-        *out = simd.reduce_sum_f64s(sum);
+    }
+}
+
+#[inline(always)]
+fn place_square<const N: usize>(source: &[f64], target: &mut [f64], stride: usize) {
+    let source = &source[..N * N];
+    for c in 0..N {
+        let column = &mut target[c * stride..c * stride + N];
+        for r in 0..N {
+            column[r] = source[r * N + c];
+        }
+    }
+}
+
+/// Adds what a child left to its parent.
+#[inline(always)]
+fn add_remainder(
+    analysis: &Analysis,
+    child: &Front,
+    source: &[f64],
+    panel: &mut Panel<'_>,
+    remainder: &mut [f64],
+) {
+    let (p, ld) = (panel.pivots, panel.stride);
+    let [among_pivots, among_rows] = child.runs.map(|span| span.of(&analysis.lists.runs));
+    let stride = child.stride();
+    let mut columns = source.chunks_exact(stride);
+    for (runs, is_pivot) in [(among_pivots, true), (among_rows, false)] {
+        for &(_, to, length) in runs {
+            for (j, own) in (to as usize..(to + length) as usize).zip(&mut columns) {
+                let (above, below) = if is_pivot {
+                    (&mut panel.p[j * p..(j + 1) * p], &mut panel.l[j * ld..(j + 1) * ld])
+                } else {
+                    let j = j - p;
+                    (&mut panel.u[j * p..(j + 1) * p], &mut remainder[j * ld..(j + 1) * ld])
+                };
+                add_runs(own, among_pivots, above, 0);
+                add_runs(own, among_rows, below, p);
+            }
+        }
+    }
+}
+
+/// Adds runs of a column to a column of the parent that starts at its scalar `first`.
+#[inline(always)]
+fn add_runs(own: &[f64], runs: &[(u32, u32, u32)], target: &mut [f64], first: usize) {
+    for &(from, to, length) in runs {
+        let source = &own[from as usize..(from + length) as usize];
+        let target = &mut target[to as usize - first..][..length as usize];
+        target.iter_mut().zip(source).for_each(|(t, s)| *t += s);
     }
 }

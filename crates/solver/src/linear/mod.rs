@@ -6,6 +6,9 @@ mod analysis;
 mod factor;
 mod front;
 mod graph;
+mod inverse;
+mod kernel;
+mod layout;
 mod ordering;
 
 pub use analysis::Analysis;

@@ -10,7 +10,7 @@ use faer::sparse::linalg::amd;
 const TOO_SMALL: usize = 4;
 
 /// Nodes in the order of their elimination.
-pub fn minimum_degree(graph: &Graph) -> Vec<u32> {
+fn minimum_degree(graph: &Graph) -> Vec<u32> {
     let n = graph.nodes();
     let natural = || (0..n as u32).collect();
     if n <= TOO_SMALL {
@@ -22,4 +22,16 @@ pub fn minimum_degree(graph: &Graph) -> Vec<u32> {
     let ordered =
         amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), MemStack::new(&mut memory));
     if ordered.is_ok() { order } else { natural() }
+}
+
+/// Nodes in the order of their elimination.
+pub fn order_of(graph: &Graph) -> Vec<u32> {
+    minimum_degree(graph)
+}
+
+/// Where every node stands in an order.
+pub fn inverse(order: &[u32]) -> Vec<u32> {
+    let mut position = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(k, &i)| position[i as usize] = k as u32);
+    position
 }

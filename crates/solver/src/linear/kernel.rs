@@ -1,0 +1,227 @@
+//! Products of small dense matrices, by columns, in lanes. Large ones go to faer, whose tiles are tuned for them.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use pulp::Simd;
+
+/// Numbers that lanes may read or write past the end of what they are asked for.
+pub const SLACK: usize = 16;
+
+/// Rounds up to whole registers of eight.
+pub fn padded(n: usize) -> usize {
+    n.div_ceil(8) * 8
+}
+
+/// From this many multiply-adds on, with no side shorter than `THIN`, faer's product is faster.
+const LARGE: usize = 1 << 14;
+const THIN: usize = 12;
+
+/// C -= A B: C is m x n, the inner size k. Each matrix comes with the distance of its columns.
+#[inline(always)]
+pub fn subtract_product<S: Simd>(
+    simd: S,
+    (c, ldc): (&mut [f64], usize),
+    (a, lda): (&[f64], usize),
+    (b, ldb): (&[f64], usize),
+    (m, n, k): (usize, usize, usize),
+) {
+    if m * n * k >= LARGE && m.min(n).min(k) >= THIN {
+        let target = MatMut::from_column_major_slice_with_stride_mut(c, m, n, ldc);
+        let left = MatRef::from_column_major_slice_with_stride(a, m, k, lda);
+        let right = MatRef::from_column_major_slice_with_stride(b, k, n, ldb);
+        subtract_large(target, left, right);
+        return;
+    }
+    let mut j = 0;
+    while j + 6 <= n {
+        columns::<S, 6>(simd, (&mut c[j * ldc..], ldc), (a, lda), (&b[j * ldb..], ldb), (m, k));
+        j += 6;
+    }
+    while j + 3 <= n {
+        columns::<S, 3>(simd, (&mut c[j * ldc..], ldc), (a, lda), (&b[j * ldb..], ldb), (m, k));
+        j += 3;
+    }
+    while j < n {
+        columns::<S, 1>(simd, (&mut c[j * ldc..], ldc), (a, lda), (&b[j * ldb..], ldb), (m, k));
+        j += 1;
+    }
+}
+
+/// C -= A B for matrices that fill many registers.
+pub fn subtract_large(c: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+    matmul(c, Accum::Add, a, b, -1.0, Par::Seq);
+}
+
+/// N columns of C -= A B.
+#[inline(always)]
+fn columns<S: Simd, const N: usize>(
+    simd: S,
+    (c, ldc): (&mut [f64], usize),
+    (a, lda): (&[f64], usize),
+    (b, ldb): (&[f64], usize),
+    (m, k): (usize, usize),
+) {
+    let lanes = S::F64_LANES;
+    let mut i = 0;
+    while i + 2 * lanes <= m {
+        tile::<S, N, 2>(simd, (&mut c[i..], ldc), (&a[i..], lda), (b, ldb), k);
+        i += 2 * lanes;
+    }
+    while i + lanes <= m {
+        tile::<S, N, 1>(simd, (&mut c[i..], ldc), (&a[i..], lda), (b, ldb), k);
+        i += lanes;
+    }
+    if i < m {
+        let width = m - i;
+        for n in 0..N {
+            let mut sum = simd.splat_f64s(0.0);
+            for l in 0..k {
+                let column = simd.partial_load_f64s(&a[l * lda + i..l * lda + i + width]);
+                sum = simd.mul_add_f64s(simd.splat_f64s(b[n * ldb + l]), column, sum);
+            }
+            let out = &mut c[n * ldc + i..n * ldc + i + width];
+            let value = simd.sub_f64s(simd.partial_load_f64s(out), sum);
+            simd.partial_store_f64s(out, value);
+        }
+    }
+}
+
+/// N columns by R registers of C -= A B.
+#[inline(always)]
+fn tile<S: Simd, const N: usize, const R: usize>(
+    simd: S,
+    (c, ldc): (&mut [f64], usize),
+    (a, lda): (&[f64], usize),
+    (b, ldb): (&[f64], usize),
+    k: usize,
+) {
+    let width = R * S::F64_LANES;
+    let zero = simd.splat_f64s(0.0);
+    let mut sums = [[zero; R]; N];
+    let b: [&[f64]; N] = std::array::from_fn(|n| &b[n * ldb..n * ldb + k]);
+    for l in 0..k {
+        let column = S::as_simd_f64s(&a[l * lda..l * lda + width]).0;
+        for n in 0..N {
+            let factor = simd.splat_f64s(b[n][l]);
+            for r in 0..R {
+                sums[n][r] = simd.mul_add_f64s(factor, column[r], sums[n][r]);
+            }
+        }
+    }
+    for (n, sums) in sums.iter().enumerate() {
+        let out = S::as_mut_simd_f64s(&mut c[n * ldc..n * ldc + width]).0;
+        for r in 0..R {
+            out[r] = simd.sub_f64s(out[r], sums[r]);
+        }
+    }
+}
+
+/// y += A x over the first `rows` rows; whole registers are read and written, `SLACK` numbers at most too many.
+#[inline(always)]
+pub fn add_product<S: Simd>(simd: S, y: &mut [f64], (a, lda): (&[f64], usize), x: &[f64], rows: usize) {
+    let lanes = S::F64_LANES;
+    // few columns at a time, so that long ones are read along their length
+    for (part, x) in x.chunks(32).enumerate() {
+        let a = &a[part * 32 * lda..];
+        let mut i = 0;
+        while i + 3 * lanes < rows {
+            add_rows::<S, 4>(simd, &mut y[i..], (&a[i..], lda), x);
+            i += 4 * lanes;
+        }
+        while i + lanes < rows {
+            add_rows::<S, 2>(simd, &mut y[i..], (&a[i..], lda), x);
+            i += 2 * lanes;
+        }
+        if i < rows {
+            add_rows::<S, 1>(simd, &mut y[i..], (&a[i..], lda), x);
+        }
+    }
+}
+
+/// R registers of y += A x.
+#[inline(always)]
+fn add_rows<S: Simd, const R: usize>(simd: S, y: &mut [f64], (a, lda): (&[f64], usize), x: &[f64]) {
+    let width = R * S::F64_LANES;
+    let zero = simd.splat_f64s(0.0);
+    let y = S::as_mut_simd_f64s(&mut y[..width]).0;
+    let mut sums = [[zero; R]; 2];
+    sums[0][..R].copy_from_slice(&y[..R]);
+    // two sums, for one would wait for itself
+    let mut pairs = x.chunks_exact(2);
+    let mut at = 0;
+    for pair in &mut pairs {
+        for (half, &x) in pair.iter().enumerate() {
+            let column = S::as_simd_f64s(&a[at..at + width]).0;
+            let factor = simd.splat_f64s(x);
+            for r in 0..R {
+                sums[half][r] = simd.mul_add_f64s(factor, column[r], sums[half][r]);
+            }
+            at += lda;
+        }
+    }
+    for &x in pairs.remainder() {
+        let column = S::as_simd_f64s(&a[at..at + width]).0;
+        for r in 0..R {
+            sums[0][r] = simd.mul_add_f64s(simd.splat_f64s(x), column[r], sums[0][r]);
+        }
+    }
+    for r in 0..R {
+        y[r] = simd.add_f64s(sums[0][r], sums[1][r]);
+    }
+}
+
+/// A := A M over `rows` rows (whole registers), with M k x k by columns `padded(k)` apart.
+#[inline(always)]
+pub fn multiply_right<S: Simd>(simd: S, (a, lda): (&mut [f64], usize), m: &[f64], (rows, k): (usize, usize)) {
+    match k {
+        3 => multiply_by::<S, 3>(simd, (a, lda), m, rows),
+        6 => multiply_by::<S, 6>(simd, (a, lda), m, rows),
+        9 => multiply_by::<S, 9>(simd, (a, lda), m, rows),
+        12 => multiply_by::<S, 12>(simd, (a, lda), m, rows),
+        _ => multiply_by_any(simd, (a, lda), m, (rows, k)),
+    }
+}
+
+#[inline(always)]
+fn multiply_by<S: Simd, const K: usize>(simd: S, (a, lda): (&mut [f64], usize), m: &[f64], rows: usize) {
+    let lanes = S::F64_LANES;
+    let stride = padded(K);
+    let m = &m[..K * stride];
+    for i in (0..rows).step_by(lanes) {
+        let mut own = [simd.splat_f64s(0.0); K];
+        for (l, own) in own.iter_mut().enumerate() {
+            *own = S::as_simd_f64s(&a[l * lda + i..l * lda + i + lanes]).0[0];
+        }
+        for c in 0..K {
+            let mut sum = simd.mul_f64s(simd.splat_f64s(m[c * stride]), own[0]);
+            for l in 1..K {
+                sum = simd.mul_add_f64s(simd.splat_f64s(m[c * stride + l]), own[l], sum);
+            }
+            S::as_mut_simd_f64s(&mut a[c * lda + i..c * lda + i + lanes]).0[0] = sum;
+        }
+    }
+}
+
+#[inline(always)]
+fn multiply_by_any<S: Simd>(
+    simd: S,
+    (a, lda): (&mut [f64], usize),
+    m: &[f64],
+    (rows, k): (usize, usize),
+) {
+    let lanes = S::F64_LANES;
+    let stride = padded(k);
+    let mut own = [simd.splat_f64s(0.0); 64];
+    for i in (0..rows).step_by(lanes) {
+        for l in 0..k {
+            own[l] = S::as_simd_f64s(&a[l * lda + i..l * lda + i + lanes]).0[0];
+        }
+        for c in 0..k {
+            let mut sum = simd.splat_f64s(0.0);
+            for l in 0..k {
+                sum = simd.mul_add_f64s(simd.splat_f64s(m[c * stride + l]), own[l], sum);
+            }
+            S::as_mut_simd_f64s(&mut a[c * lda + i..c * lda + i + lanes]).0[0] = sum;
+        }
+    }
+}
