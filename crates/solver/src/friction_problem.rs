@@ -4,6 +4,7 @@
 
 use crate::cone_matrix::spectral_norm;
 use crate::delassus_blocks::Delassus;
+use crate::exact::lane::padded;
 use crate::exact::row::product;
 use crate::problem::ProblemError;
 
@@ -197,8 +198,10 @@ pub(crate) fn measured<const D: usize>(
     let w = problem.matrix.blocks(D);
     let (impulses, _) = impulses.as_chunks::<D>();
     let (given, _) = problem.velocity.as_chunks::<D>();
+    let mut spaced = impulses.to_vec();
+    spaced.resize(padded(impulses.len()), [0.0; D]);
     let mut velocity = vec![[0.0; D]; impulses.len()];
-    product(&w, impulses, &mut velocity);
+    product(&w, &spaced, &mut velocity);
     let (size, top) = (not_zero(length(&problem.velocity)), not_zero(largest(&problem.velocity)));
     let strongest = impulses.iter().map(|r| length(r)).fold(1e-300, f64::max);
     let mut m = Measure::default();

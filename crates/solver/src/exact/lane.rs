@@ -20,9 +20,9 @@ macro_rules! lanes {
 }
 pub(super) use lanes;
 
-/// Rounds a number of contacts up to whole packs.
+/// Rounds a number of contacts up to whole packs with at least one place to spare.
 pub fn padded(contacts: usize) -> usize {
-    contacts.div_ceil(PACK) * PACK
+    (contacts + 1).div_ceil(PACK) * PACK
 }
 
 /// One quantity of as many contacts as a register holds.

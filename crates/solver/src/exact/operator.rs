@@ -20,7 +20,7 @@ pub enum Operator<const D: usize> {
 pub struct Matrix {
     /// Which contacts are coupled.
     pub graph: Arc<Graph>,
-    /// The blocks.
+    /// The blocks, and a zero after them, so that registers can read on.
     pub values: Vec<f64>,
     /// Where the diagonal blocks start in the values.
     pub diagonal: Arc<[u32]>,
@@ -32,7 +32,8 @@ impl Matrix {
         self.graph.sizes.first().map_or(0, |&d| d as usize)
     }
     /// A matrix from its parts.
-    pub fn new(graph: Graph, values: Vec<f64>) -> Self {
+    pub fn new(graph: Graph, mut values: Vec<f64>) -> Self {
+        values.push(0.0);
         let diagonal = (0..graph.nodes())
             .map(|i| graph.offsets[graph.position(i, i).expect("every row holds its diagonal")])
             .collect();

@@ -1,5 +1,6 @@
 //! Rows of a block matrix times a vector over contacts, in registers of four: whole rows of a block are read at once,
-//! what stands in the fourth place belongs to the next row and is dropped at the end.
+//! what stands in the fourth place belongs to the next row and is dropped at the end. `Matrix` and padded vectors hold a
+//! number more for it.
 
 use super::operator::Matrix;
 use pulp::{Arch, Simd, WithSimd};
@@ -13,18 +14,10 @@ pub fn in_fours<O: WithSimd>(operation: O) -> O::Output {
     Arch::new().dispatch(operation)
 }
 
-/// Four numbers from `at` on; zeros after the end.
+/// Four numbers from `at` on.
 #[inline(always)]
 fn four<S: Simd>(values: &[f64], at: usize) -> S::f64s {
-    let rest = &values[at..];
-    match rest.first_chunk::<4>() {
-        Some(whole) => S::as_simd_f64s(whole).0[0],
-        None => {
-            let mut padded = [0.0; 4];
-            padded[..rest.len()].copy_from_slice(rest);
-            S::as_simd_f64s(&padded).0[0]
-        }
-    }
+    S::as_simd_f64s(&values[at..at + 4]).0[0]
 }
 
 #[inline(always)]
@@ -34,7 +27,7 @@ fn stored<S: Simd>(sum: S::f64s) -> [f64; 4] {
     out
 }
 
-/// Row i of W times x.
+/// Row i of W times x, a padded vector.
 #[inline(always)]
 pub fn row_times<S: Simd, const D: usize>(simd: S, matrix: &Matrix, i: usize, x: &[[f64; D]]) -> [f64; D] {
     let row = matrix.graph.row(i);
@@ -46,26 +39,30 @@ pub fn row_times<S: Simd, const D: usize>(simd: S, matrix: &Matrix, i: usize, x:
         plainly(values, neighbours, flat, &mut out);
         return out;
     }
-    let mut sums = [simd.splat_f64s(0.0); 3];
+    let zero = simd.splat_f64s(0.0);
     if D == 2 {
+        let mut sum = zero;
         for (k, &j) in neighbours.iter().enumerate() {
             let [a, b] = [flat[2 * j as usize], flat[2 * j as usize + 1]];
             let x = four::<S>(&[a, b, a, b], 0);
-            sums[0] = simd.mul_add_f64s(four::<S>(values, 4 * k), x, sums[0]);
+            sum = simd.mul_add_f64s(four::<S>(values, 4 * k), x, sum);
         }
-        let sum = stored::<S>(sums[0]);
+        let sum = stored::<S>(sum);
         (out[0], out[1]) = (sum[0] + sum[1], sum[2] + sum[3]);
-    } else {
-        for (k, &j) in neighbours.iter().enumerate() {
-            let x = four::<S>(flat, 3 * j as usize);
-            for (r, sum) in sums.iter_mut().enumerate() {
-                *sum = simd.mul_add_f64s(four::<S>(values, 9 * k + 3 * r), x, *sum);
-            }
-        }
-        for (out, sum) in out.iter_mut().zip(sums) {
-            let sum = stored::<S>(sum);
-            *out = sum[0] + sum[1] + sum[2];
-        }
+        return out;
+    }
+    // three names, and no call in the loop: sums would live in memory otherwise
+    let (mut first, mut second, mut third) = (zero, zero, zero);
+    for (k, &j) in neighbours.iter().enumerate() {
+        let x = four::<S>(flat, 3 * j as usize);
+        let row = |r: usize| four::<S>(values, 9 * k + 3 * r);
+        first = simd.mul_add_f64s(row(0), x, first);
+        second = simd.mul_add_f64s(row(1), x, second);
+        third = simd.mul_add_f64s(row(2), x, third);
+    }
+    for (out, sum) in out.iter_mut().zip([first, second, third]) {
+        let sum = stored::<S>(sum);
+        *out = sum[0] + sum[1] + sum[2];
     }
     out
 }
@@ -93,7 +90,7 @@ impl<const D: usize> WithSimd for Product<'_, D> {
     }
 }
 
-/// out = W x.
+/// out = W x, x a padded vector.
 pub fn product<const D: usize>(matrix: &Matrix, x: &[[f64; D]], out: &mut [[f64; D]]) {
     in_fours(Product(matrix, x, out));
 }
