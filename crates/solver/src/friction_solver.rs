@@ -1,6 +1,7 @@
 //! The door to solvers of problems in matrix form: one trait, one judge (`measure`), whatever the method.
 
-use crate::friction_problem::{FrictionProblem, Measure};
+use crate::friction_problem::{FrictionProblem, Measure, measure, project_on_cone};
+use crate::impulse_solver::{ImpulseChoice, most_factorisations};
 use crate::watch::Watch;
 use serde::Serialize;
 
@@ -13,13 +14,20 @@ pub struct FrictionSettings {
     pub iterations: usize,
     /// Most factorisations to spend \[1\]; read by solvers that factorise.
     pub factorisations: usize,
+    /// Which of several solutions to return.
+    pub impulses: ImpulseChoice,
 }
 
 impl Default for FrictionSettings {
     /// 1e-8; a hundred thousand sweeps and two thousand factorisations are more than any well-posed problem of
     /// the public collections takes.
     fn default() -> Self {
-        FrictionSettings { tolerance: 1e-8, iterations: 100_000, factorisations: 2000 }
+        FrictionSettings {
+            tolerance: 1e-8,
+            iterations: 100_000,
+            factorisations: most_factorisations(),
+            impulses: ImpulseChoice::Any,
+        }
     }
 }
 
@@ -52,10 +60,40 @@ pub struct FrictionOutcome {
     pub strict_feasibility: Option<f64>,
 }
 
-/// Finds the impulses of a friction problem in matrix form.
+impl FrictionOutcome {
+    /// A refusal; the impulses are left as they were given, on the cones.
+    fn refused(problem: &FrictionProblem, reason: String, impulses: &mut [f64]) -> Self {
+        impulses.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
+        let contacts = impulses.chunks_exact_mut(problem.dimension);
+        contacts.zip(&problem.friction).for_each(|(r, &mu)| project_on_cone(r, mu));
+        FrictionOutcome {
+            solved: false,
+            measure: measure(problem, impulses),
+            stages: Vec::new(),
+            factorisations: 0,
+            seconds: 0.0,
+            reason,
+            strict_feasibility: None,
+        }
+    }
+}
+
+/// Finds the impulses of a friction problem in matrix form: `solve` is the door, `work` is the method behind it.
 pub trait FrictionSolver {
     /// The solver's name as users write it.
     fn name(&self) -> &'static str;
+    /// True when it can return these impulses.
+    fn finds(&self, choice: ImpulseChoice) -> bool {
+        choice == ImpulseChoice::Any
+    }
+    /// Solves in place, looking for impulses that `finds` allows.
+    fn work(
+        &mut self,
+        problem: &FrictionProblem,
+        settings: &FrictionSettings,
+        impulses: &mut [f64],
+        watch: &mut Watch,
+    ) -> FrictionOutcome;
     /// Solves in place: `impulses` is the start on entry (zeros for none) and the best iterate on return, inside
     /// the cones.
     fn solve(
@@ -64,5 +102,10 @@ pub trait FrictionSolver {
         settings: &FrictionSettings,
         impulses: &mut [f64],
         watch: &mut Watch,
-    ) -> FrictionOutcome;
+    ) -> FrictionOutcome {
+        if self.finds(settings.impulses) {
+            return self.work(problem, settings, impulses, watch);
+        }
+        FrictionOutcome::refused(problem, settings.impulses.refusal(self.name()), impulses)
+    }
 }

@@ -2,15 +2,53 @@
 
 use crate::exact::ExactContacts;
 use crate::methods::{
-    apgd::Apgd, auto::Auto, direct::Direct, enumeration::Enumeration, lemke::Lemke, nncg::Nncg,
+    apgd::Apgd, auto, direct::Direct, enumeration::Enumeration, lemke::Lemke, nncg::Nncg,
     on_bodies::OnBodies, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential,
 };
-use crate::outcome::Outcome;
+use crate::outcome::{Outcome, Stop};
 use crate::problem::{ContactProblem, Impulses};
-use crate::watch::Watch;
+use crate::residual::residual;
+use crate::watch::{Watch, unwatched};
 use carom_math::Space;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
+
+/// Which of several impulses that solve a problem to return. More contacts than a body has freedoms, a table on four
+/// legs, leave single impulses open though their resultants are not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ImpulseChoice {
+    /// Whichever the method arrives at: they depend on the start and on the order of contacts.
+    #[default]
+    Any,
+    /// Those with the least sum of squares \[N^2 s^2\]: they depend on nothing but the problem.
+    MinimumNorm,
+}
+
+impl ImpulseChoice {
+    /// The name as users write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            ImpulseChoice::Any => "any",
+            ImpulseChoice::MinimumNorm => "minimum_norm",
+        }
+    }
+    /// What a solver says that does not look for these impulses.
+    pub(crate) fn refusal(self, solver: &str) -> String {
+        let (asked, exact) = (self.name(), SolverKind::Exact.name());
+        format!("{solver} does not look for {asked} impulses; use {exact}, or auto, or take any")
+    }
+}
+
+impl FromStr for ImpulseChoice {
+    type Err = String;
+    fn from_str(name: &str) -> Result<Self, String> {
+        [ImpulseChoice::Any, ImpulseChoice::MinimumNorm]
+            .into_iter()
+            .find(|c| c.name() == name)
+            .ok_or_else(|| format!("unknown choice of impulses {name:?}; known: any, minimum_norm"))
+    }
+}
 
 /// How long and how exactly to solve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,41 +60,75 @@ pub struct SolveSettings {
     /// Most factorisations to spend \[1\]; read by solvers that factorise.
     #[serde(default = "most_factorisations")]
     pub factorisations: usize,
+    /// Which of several solutions to return.
+    #[serde(default)]
+    pub impulses: ImpulseChoice,
 }
 
 /// More than any well-posed problem of the public collections takes.
-fn most_factorisations() -> usize {
+pub fn most_factorisations() -> usize {
     2000
 }
 
 impl Default for SolveSettings {
     /// 100 iterations, 1e-6 m/s: a micrometre per second is below what a recorded run can show.
     fn default() -> Self {
-        SolveSettings { iterations: 100, tolerance: 1e-6, factorisations: most_factorisations() }
+        SolveSettings {
+            iterations: 100,
+            tolerance: 1e-6,
+            factorisations: most_factorisations(),
+            impulses: ImpulseChoice::Any,
+        }
     }
 }
 
-/// Finds the impulses of a contact problem.
+/// Finds the impulses of a contact problem: `solve` and `solve_watched` are the door, `work` is the method behind it.
 pub trait ImpulseSolver<S: Space>: Send {
     /// The solver's name as users write it.
     fn name(&self) -> &'static str;
+    /// Why it does not take a problem, with the remedy; nothing where it does.
+    fn refusal(&self, _problem: &ContactProblem<S>) -> Option<String> {
+        None
+    }
+    /// True when it can return these impulses.
+    fn finds(&self, choice: ImpulseChoice) -> bool {
+        choice == ImpulseChoice::Any
+    }
+    /// Solves a problem with rows that is not refused; `impulses` fit it. Solvers that are never long ignore the watch.
+    fn work(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+        watch: &mut Watch,
+    ) -> Outcome;
     /// Solves in place: `impulses` is the warm start on entry and the answer on return.
     fn solve(
         &mut self,
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
-    ) -> Outcome;
+    ) -> Outcome {
+        self.solve_watched(problem, settings, impulses, &mut unwatched)
+    }
     /// The same under observation: long solves tell their progress and stop when asked, with the best impulses so
-    /// far and `Stop::Interrupted`. Solvers that are never long ignore the watch.
+    /// far and `Stop::Interrupted`.
     fn solve_watched(
         &mut self,
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
-        _watch: &mut Watch,
+        watch: &mut Watch,
     ) -> Outcome {
-        self.solve(problem, settings, impulses)
+        impulses.fit(problem);
+        if problem.scalar_rows() == 0 {
+            return Outcome::nothing_to_do();
+        }
+        let unfit = (!self.finds(settings.impulses)).then(|| settings.impulses.refusal(self.name()));
+        if let Some(reason) = unfit.or_else(|| self.refusal(problem)) {
+            return Outcome::new(0, residual(problem, impulses), Stop::Refused(reason));
+        }
+        self.work(problem, settings, impulses, watch)
     }
 }
 
@@ -145,7 +217,7 @@ impl SolverKind {
             SolverKind::Apgd => Box::new(OnBodies::<S, Apgd>::default()),
             SolverKind::Enumeration => Box::new(Enumeration),
             SolverKind::Exact => Box::new(ExactContacts::<S>::default()),
-            SolverKind::Auto => Box::new(Auto::<S>::default()),
+            SolverKind::Auto => Box::new(auto::ladder::<S>()),
         }
     }
 }

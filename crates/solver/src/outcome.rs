@@ -11,8 +11,11 @@ pub enum Stop {
     /// The residual is at or below the tolerance.
     Converged,
     /// The method is at its end (iterations spent, or a direct answer that rounding spoils) with a residual above
-    /// the tolerance: the residual is what it is.
+    /// the tolerance: the residual is what it is. Where minimum-norm impulses were asked for, also with a residual
+    /// within the tolerance: the impulses returned solve the problem, and are not known to be the least.
     OutOfIterations,
+    /// The factorisations are spent with a residual above the tolerance; the impulses are the best of all stages.
+    OutOfFactorisations,
     /// The method cannot solve this problem; the reason says why. The impulses are left as they were given.
     Refused(String),
     /// Whoever watched the solve asked to stop: the impulses are the best so far.
@@ -24,8 +27,11 @@ pub enum Stop {
 pub struct StageReport {
     /// The solver.
     pub solver: SolverKind,
-    /// Iterations it spent.
+    /// Iterations it spent, factorisations included.
     pub iterations: usize,
+    /// Factorisations among them; counted by solvers with a budget of them.
+    #[serde(default)]
+    pub factorisations: usize,
     /// Residual of what it found \[m/s\]; of what it was given where it refused.
     pub residual: f64,
     /// Why it stopped: any stop but `Converged` is why the island went further, where it did.
@@ -77,8 +83,11 @@ impl IslandReport {
 /// Result of one solve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Iterations (sweeps, pivots, rounds) spent.
+    /// Iterations (sweeps, pivots, rounds, factorisations) spent.
     pub iterations: usize,
+    /// Factorisations among them; counted by solvers with a budget of them.
+    #[serde(default)]
+    pub factorisations: usize,
     /// Residual of the impulses returned.
     pub residual: Residual,
     /// Why the solver stopped.
@@ -92,7 +101,7 @@ pub struct Outcome {
 impl Outcome {
     /// An outcome without islands.
     pub fn new(iterations: usize, residual: Residual, stop: Stop) -> Self {
-        Outcome { iterations, residual, stop, islands: Vec::new() }
+        Outcome { iterations, factorisations: 0, residual, stop, islands: Vec::new() }
     }
     /// The outcome of a problem without rows.
     pub fn nothing_to_do() -> Self {

@@ -5,7 +5,7 @@ use crate::error::BuildError;
 use crate::integrate::Integrator;
 use crate::material::Mixing;
 use carom_math::{Column, Space};
-use carom_solver::{FrictionLaw, SolverKind};
+use carom_solver::{FrictionLaw, ImpulseChoice, SolveSettings, SolverKind};
 use serde::{Deserialize, Serialize};
 
 /// The time-stepping schemes; a scheme owns its loop.
@@ -91,6 +91,12 @@ pub struct Settings<S: Space> {
     pub iterations: usize,
     /// Stop when the residual is at or below this \[m/s\]. Default 1e-6; 0 spends all iterations.
     pub tolerance: f64,
+    /// Most factorisations per solve \[1\], read by solvers that factorise. Default 2000, more than any well-posed
+    /// problem takes; a few dozen bound the time of a step, at the price of its accuracy, which the report tells.
+    pub factorisations: usize,
+    /// Which of several impulses that solve a step's contacts. Default any; minimum-norm impulses do not depend on the
+    /// steps before nor on the order of contacts, and take a solver that looks for them.
+    pub impulses: ImpulseChoice,
     /// What happens when a solve ends above the tolerance. Default warn: an engine that is trusted says when it is
     /// not accurate, and goes on.
     pub on_inaccurate: OnInaccurate,
@@ -130,6 +136,8 @@ impl<S: Space> Default for Settings<S> {
             solver: SolverKind::default(),
             iterations: 100,
             tolerance: 1e-6,
+            factorisations: carom_solver::impulse_solver::most_factorisations(),
+            impulses: ImpulseChoice::default(),
             on_inaccurate: OnInaccurate::default(),
             warm_start: true,
             friction_law: FrictionLaw::default(),
@@ -146,6 +154,11 @@ impl<S: Space> Default for Settings<S> {
 }
 
 impl<S: Space> Settings<S> {
+    /// How long and how exactly a step's contacts are solved.
+    pub fn solve(&self) -> SolveSettings {
+        let Settings { iterations, tolerance, factorisations, impulses, .. } = *self;
+        SolveSettings { iterations, tolerance, factorisations, impulses }
+    }
     /// Checks every number.
     ///
     /// # Errors

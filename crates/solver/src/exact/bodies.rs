@@ -55,7 +55,17 @@ impl<const D: usize> BodySpace<D> {
                 return None;
             }
         }
-        let rows = rows.clone();
+        Some(BodySpace::with(rows.clone(), graph, analysis))
+    }
+
+    /// The system in body space, whatever it costs.
+    pub fn new(rows: Rows<D>) -> Self {
+        let graph = body_graph(&rows);
+        let analysis = Analysis::new(&graph);
+        BodySpace::with(rows, graph, analysis)
+    }
+
+    fn with(rows: Rows<D>, graph: Graph, analysis: Analysis) -> Self {
         let offset = |a: u32, b: u32| {
             if a == NO_BODY || b == NO_BODY {
                 return NOWHERE;
@@ -67,7 +77,7 @@ impl<const D: usize> BodySpace<D> {
             .iter()
             .map(|&[a, b]| [offset(a, a), offset(a, b), offset(b, a), offset(b, b)])
             .collect();
-        Some(BodySpace {
+        BodySpace {
             analysis,
             factor: Factor::default(),
             values: vec![0.0; graph.values()],
@@ -76,11 +86,16 @@ impl<const D: usize> BodySpace<D> {
             change: vec![0.0; graph.scalars()],
             rows,
             graph,
-        })
+        }
     }
 
     /// Factorises 1 + B^T D^-1 B.
     pub fn factorize(&mut self, blocks: &[Block<D>]) -> bool {
+        self.factorize_with(|i| inverse(&blocks[i]))
+    }
+
+    /// Factorises 1 + B^T C B with C per contact, which may be singular.
+    pub fn factorize_with(&mut self, compliance: impl Fn(usize) -> Block<D>) -> bool {
         let f = self.rows.freedoms;
         self.values.fill(0.0);
         for i in 0..self.graph.nodes() {
@@ -88,7 +103,7 @@ impl<const D: usize> BodySpace<D> {
             (0..f).for_each(|k| self.values[at + k * f + k] = 1.0);
         }
         for (i, places) in self.places.iter().enumerate() {
-            let compliance = inverse(&blocks[i]);
+            let compliance = compliance(i);
             self.compliance[i] = compliance;
             let both = &self.rows.values[i * 2 * D * f..(i + 1) * 2 * D * f];
             for (side, right) in both.chunks_exact(D * f).enumerate() {
@@ -105,6 +120,18 @@ impl<const D: usize> BodySpace<D> {
             }
         }
         self.factor.factorize(&self.analysis, &self.values)
+    }
+
+    /// out = B (1 + B^T C B)^-1 B^T x.
+    pub fn carry(&mut self, x: &[[f64; D]], out: &mut [[f64; D]]) {
+        self.change.fill(0.0);
+        for i in 0..self.rows.pairs.len() {
+            self.rows.push(i, &x[i], &mut self.change);
+        }
+        self.factor.solve(&self.analysis, &mut self.change);
+        for (i, out) in out.iter_mut().enumerate().take(self.rows.pairs.len()) {
+            *out = self.rows.relative(i, &self.change);
+        }
     }
 
     /// Replaces rhs by dx.

@@ -5,14 +5,15 @@ use super::blocks::Blocks;
 use super::bodies::{NO_BODY, Rows};
 use super::operator::Operator;
 use super::{Goal, solve_blocks};
+use crate::cone::project;
 use crate::friction_problem::project_on_cone;
-use crate::impulse_solver::{ImpulseSolver, SolveSettings};
+use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings};
 use crate::methods::{judged, resisted};
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::{ContactRow, Prepared};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses};
 use crate::residual::residual_of;
-use crate::watch::{Watch, unwatched};
+use crate::watch::Watch;
 use carom_math::{Column, Inertia, Space};
 
 /// The exact solver; holds memory between solves.
@@ -32,33 +33,20 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
     fn name(&self) -> &'static str {
         "exact"
     }
-    fn solve(
-        &mut self,
-        problem: &ContactProblem<S>,
-        settings: &SolveSettings,
-        impulses: &mut Impulses<S>,
-    ) -> Outcome {
-        self.solve_watched(problem, settings, impulses, &mut unwatched)
+    fn refusal(&self, problem: &ContactProblem<S>) -> Option<String> {
+        refusal(problem)
     }
-    fn solve_watched(
+    fn finds(&self, _choice: ImpulseChoice) -> bool {
+        true
+    }
+    fn work(
         &mut self,
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
         watch: &mut Watch,
     ) -> Outcome {
-        impulses.fit(problem);
-        if problem.scalar_rows() == 0 {
-            return Outcome::nothing_to_do();
-        }
-        if let Some(refusal) = resisted(problem, "exact", impulses) {
-            return refusal;
-        }
         self.prepared.update(problem);
-        if let Some(reason) = refusal(problem) {
-            let residual = residual_of(problem, &self.prepared, impulses);
-            return Outcome::new(0, residual, Stop::Refused(reason));
-        }
         self.given.copy_from(impulses);
         let smooth = problem.contacts.iter().all(|c| c.friction == 0.0);
         match (smooth, S::SLIP) {
@@ -72,13 +60,17 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
 /// Why the exact solver does not take a problem.
 fn refusal<S: Space>(problem: &ContactProblem<S>) -> Option<String> {
     if !problem.rows.is_empty() {
+        let rows = problem.rows.len();
         return Some(format!(
-            "exact solves contacts, and the problem has {} bounded rows; use pgs or nncg",
-            problem.rows.len()
+            "exact solves contacts, and the problem has {rows} bounded rows; use auto or nncg"
         ));
     }
-    let boxed = S::SLIP > 1 && problem.friction_law == FrictionLaw::Box;
-    boxed.then(|| "exact knows Coulomb's disc, and the problem asks for box friction; use pgs".into())
+    if S::SLIP > 1 && problem.friction_law == FrictionLaw::Box {
+        return Some(
+            "exact knows Coulomb's disc, and the problem asks for box friction; use auto or pgs".into(),
+        );
+    }
+    resisted(problem, "exact")
 }
 
 impl<S: Space> ExactContacts<S> {
@@ -90,14 +82,7 @@ impl<S: Space> ExactContacts<S> {
         watch: &mut Watch,
     ) -> Outcome {
         let blocks = self.blocks::<D>(problem);
-        let mut r: Vec<[f64; D]> = impulses.contacts.iter().map(to_array).collect();
-        for (i, r) in r.iter_mut().enumerate() {
-            if !r.iter().all(|x| x.is_finite()) {
-                *r = [0.0; D];
-            }
-            project_on_cone(r, blocks.friction[i]);
-        }
-        r.resize(blocks.velocity.len(), [0.0; D]);
+        let mut r = start(&blocks, impulses);
         let (mut iterations, mut factorisations) = (0, 0);
         let mut outcome = Outcome::nothing_to_do();
         for attempt in 0..ATTEMPTS {
@@ -105,29 +90,43 @@ impl<S: Space> ExactContacts<S> {
                 tolerance: settings.tolerance * SHARE * 0.1_f64.powi(attempt) / blocks.largest_velocity(),
                 sweeps: settings.iterations.min(300),
                 factorisations: settings.factorisations - factorisations,
+                impulses: settings.impulses,
             };
             let answer = solve_blocks(&blocks, &goal, &mut r, watch);
             iterations += answer.iterations();
             factorisations = (factorisations + answer.factorisations).min(settings.factorisations);
-            for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
-                project_on_cone(r, blocks.friction[i]);
-            }
-            for (impulse, r) in impulses.contacts.iter_mut().zip(&r) {
-                *impulse = Impulse {
-                    normal: r[0],
-                    tangent: S::Slip::from_fn(|k| if D > 1 { r[1 + k] } else { 0.0 }),
-                };
-            }
+            read(&blocks, &mut r, impulses);
             let spent = (iterations, settings.tolerance);
             outcome = judged(problem, &self.prepared, spent, &self.given, impulses);
-            if answer.interrupted() {
-                outcome.stop = Stop::Interrupted;
-            }
-            if outcome.stop != Stop::OutOfIterations || !answer.solved() {
+            outcome.factorisations = factorisations;
+            let is_short = outcome.stop == Stop::OutOfIterations;
+            outcome.stop = match outcome.stop {
+                _ if answer.interrupted() => Stop::Interrupted,
+                Stop::OutOfIterations if answer.out_of_budget() => Stop::OutOfFactorisations,
+                Stop::Converged if answer.not_least => Stop::OutOfIterations,
+                stop => stop,
+            };
+            if !is_short || !answer.solved() {
                 break;
             }
         }
+        self.keep_better(problem, &mut outcome, impulses);
         outcome
+    }
+
+    /// A short budget may end where the first stages have led away from a good start.
+    fn keep_better(&self, problem: &ContactProblem<S>, outcome: &mut Outcome, impulses: &mut Impulses<S>) {
+        let is_short = matches!(outcome.stop, Stop::OutOfIterations | Stop::OutOfFactorisations);
+        if !is_short || !self.given.is_finite() {
+            return;
+        }
+        let mut given = self.given.clone();
+        project(problem, &mut given);
+        let residual = residual_of(problem, &self.prepared, &given);
+        if residual.absolute < outcome.residual.absolute {
+            outcome.residual = residual;
+            *impulses = given;
+        }
     }
 
     /// The problem as rows on bodies of unit mass.
@@ -180,6 +179,28 @@ fn push_row<S: Space>(
     for column in 0..S::SPIN {
         let along: f64 = moment.as_slice().iter().zip(angular).map(|(m, line)| m * line[column]).sum();
         values.push(sign * along);
+    }
+}
+
+/// The start as arrays on the cones, padded; zero where it is not finite.
+fn start<S: Space, const D: usize>(blocks: &Blocks<D>, impulses: &Impulses<S>) -> Vec<[f64; D]> {
+    let mut r: Vec<[f64; D]> = impulses.contacts.iter().map(to_array).collect();
+    for (r, mu) in r.iter_mut().zip(&blocks.friction) {
+        if !r.iter().all(|x| x.is_finite()) {
+            *r = [0.0; D];
+        }
+        project_on_cone(r, *mu);
+    }
+    r.resize(blocks.velocity.len(), [0.0; D]);
+    r
+}
+
+/// Puts r on the cones and into impulses.
+fn read<S: Space, const D: usize>(blocks: &Blocks<D>, r: &mut [[f64; D]], impulses: &mut Impulses<S>) {
+    for ((impulse, r), mu) in impulses.contacts.iter_mut().zip(r).zip(&blocks.friction) {
+        project_on_cone(r, *mu);
+        let tangent = S::Slip::from_fn(|k| if D > 1 { r[1 + k] } else { 0.0 });
+        *impulse = Impulse { normal: r[0], tangent };
     }
 }
 

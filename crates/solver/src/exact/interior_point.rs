@@ -1,7 +1,7 @@
 //! Stage B: primal-dual interior point directly on the nonassociated law, y = W~ x + q~ + |y_T| e_1, x o y = m e,
 //! with the derivative of |y_T| in the Newton matrix: (W~ + E G^2) dx = E G d + res, dy = G (d - G dx),
-//! d = lambda \ (-lambda o lambda + sigma m e - corrector) (theory chapter 7). Starts cold: started from an iterate
-//! of another stage it takes more steps.
+//! d = lambda \ (-lambda o lambda + sigma m e - corrector) (theory chapter 7). Starts cold, or from a pair inside the cones
+//! where a solution of a problem much like this one is known; from an iterate of another stage it takes more steps.
 
 use super::newton::finish;
 use super::scaled::Scaled;
@@ -18,6 +18,9 @@ pub struct Start {
     /// Least sqrt(det x_i det y_i) / m that a step may leave.
     pub centrality: f64,
 }
+
+/// The start that every problem gets first.
+pub const CENTRED: Start = Start { size: 1.0, smoothing: 0.0, centrality: 0.1 };
 
 /// Most interior point steps.
 const STEPS: usize = 60;
@@ -49,7 +52,17 @@ pub fn interior_point<const D: usize>(
     start: Start,
     x: &mut Vec<[f64; D]>,
 ) -> StageEnd {
-    let mut pair = Pair::cold(&solve.scaled, start.size);
+    let pair = Pair::cold(&solve.scaled, start.size);
+    interior_point_from(solve, start, pair, x)
+}
+
+/// The same from a pair of points inside the cones.
+pub fn interior_point_from<const D: usize>(
+    solve: &mut Solve<'_, D>,
+    start: Start,
+    mut pair: Pair<D>,
+    x: &mut Vec<[f64; D]>,
+) -> StageEnd {
     let mut trend = Trend { history: Vec::new(), jammed: 0, last_try: f64::INFINITY };
     let mut best = f64::INFINITY;
     for iteration in 0..=STEPS {

@@ -9,29 +9,34 @@ pub(crate) mod blocks;
 mod bodies;
 mod cone;
 mod contacts;
+mod face;
 mod groups;
 mod interior_point;
 pub(crate) mod judge;
 pub(crate) mod lane;
 pub(crate) mod local;
+mod minimum_norm;
 mod newton;
 pub(crate) mod operator;
 mod principal_pivots;
 mod proximal;
+mod root;
 pub(crate) mod row;
 mod scaled;
 mod stage;
 mod step;
 pub(crate) mod sweeps;
 mod system;
+mod warm;
 
 use crate::friction_problem::{FrictionProblem, Measure, measure, measured, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
+use crate::impulse_solver::ImpulseChoice;
 use crate::methods::lemke::Lemke;
 use crate::watch::Watch;
 use blocks::Blocks;
 pub use contacts::ExactContacts;
-use interior_point::{Start, interior_point};
+use interior_point::{CENTRED, Start, interior_point};
 use judge::Errors;
 use local::Local;
 use proximal::proximal;
@@ -51,7 +56,7 @@ const WEIGHT: f64 = 0.1;
 const PROXIMAL: usize = 400;
 /// The cold start, then the other starts of the ladder.
 const STARTS: [Start; 5] = [
-    Start { size: 1.0, smoothing: 0.0, centrality: 0.1 },
+    CENTRED,
     Start { size: 1.0, smoothing: 10.0, centrality: 0.1 },
     Start { size: 0.1, smoothing: 1.0, centrality: 0.1 },
     Start { size: 10.0, smoothing: 0.0, centrality: 1e-3 },
@@ -63,6 +68,13 @@ struct Goal {
     tolerance: f64,
     sweeps: usize,
     factorisations: usize,
+    impulses: ImpulseChoice,
+}
+
+impl Goal {
+    fn is_least(&self) -> bool {
+        self.impulses == ImpulseChoice::MinimumNorm
+    }
 }
 
 /// What the stages came to.
@@ -71,6 +83,8 @@ struct Answer {
     end: StageEnd,
     stages: Vec<Stage>,
     factorisations: usize,
+    /// True where the least impulses were asked for and not found.
+    not_least: bool,
 }
 
 impl Answer {
@@ -83,24 +97,31 @@ impl Answer {
     fn interrupted(&self) -> bool {
         self.end == StageEnd::Interrupted
     }
+    fn out_of_budget(&self) -> bool {
+        self.end == StageEnd::OutOfBudget
+    }
 }
 
 impl FrictionSolver for Exact {
     fn name(&self) -> &'static str {
         "exact"
     }
-    fn solve(
+    fn finds(&self, _choice: ImpulseChoice) -> bool {
+        true
+    }
+    fn work(
         &mut self,
         problem: &FrictionProblem,
         settings: &FrictionSettings,
         impulses: &mut [f64],
         watch: &mut Watch,
     ) -> FrictionOutcome {
-        if let Some(found) = at_once(problem, settings, impulses) {
+        let any = settings.impulses != ImpulseChoice::MinimumNorm;
+        if any && let Some(found) = at_once(problem, settings, impulses) {
             return found;
         }
         match problem.dimension {
-            1 if problem.contacts() <= FEW => {
+            1 if any && problem.contacts() <= FEW => {
                 let mut found = impulses.to_vec();
                 let outcome = Lemke.solve(problem, settings, &mut found, watch);
                 if outcome.solved {
@@ -111,7 +132,11 @@ impl FrictionSolver for Exact {
             }
             1 => {
                 let found = in_dimension::<1>(problem, settings, impulses, watch);
-                if found.solved { found } else { pivoted(problem, settings, impulses, watch, found) }
+                if found.solved || settings.impulses == ImpulseChoice::MinimumNorm {
+                    found
+                } else {
+                    pivoted(problem, settings, impulses, watch, found)
+                }
             }
             2 => in_dimension::<2>(problem, settings, impulses, watch),
             _ => in_dimension::<3>(problem, settings, impulses, watch),
@@ -215,6 +240,7 @@ fn in_dimension<const D: usize>(
         tolerance: settings.tolerance,
         sweeps: settings.iterations.min(300),
         factorisations: settings.factorisations,
+        impulses: settings.impulses,
     };
     let answer = solve_blocks(&blocks, &goal, &mut r, watch);
     for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
@@ -223,10 +249,10 @@ fn in_dimension<const D: usize>(
     let seconds = started.elapsed().as_secs_f64();
     let found = r[..blocks.count()].as_flattened();
     let mut reached = measured::<D>(problem, found, &blocks.norms);
-    let solved = reached.solves(settings.tolerance);
+    let solved = reached.solves(settings.tolerance) && !answer.not_least;
     let mut given = impulses.to_vec();
     impulses.copy_from_slice(found);
-    if !solved && given.iter().all(|r| r.is_finite()) {
+    if !solved && !goal.is_least() && given.iter().all(|r| r.is_finite()) {
         // a short budget may end where the first sweeps have led away from a good start
         given.chunks_exact_mut(D).zip(&problem.friction).for_each(|(r, mu)| project_on_cone(r, *mu));
         let start = measure(problem, &given);
@@ -236,20 +262,27 @@ fn in_dimension<const D: usize>(
             impulses.copy_from_slice(&given);
         }
     }
+    let reason = if solved { String::new() } else { reason(&answer) };
     FrictionOutcome {
         solved,
         measure: reached,
         stages: answer.stages,
         factorisations: answer.factorisations,
         seconds,
-        reason: if solved { String::new() } else { reason(answer.end, &answer.errors) },
+        reason,
         strict_feasibility: None,
     }
 }
 
-fn reason(end: StageEnd, errors: &Errors) -> String {
+fn reason(answer: &Answer) -> String {
+    let errors = &answer.errors;
     let best = format!("best iterate: natural {:.1e}, scaled {:.1e}", errors.natural, errors.scaled);
-    match end {
+    match answer.end {
+        StageEnd::Solved if answer.not_least => {
+            format!(
+                "solved, but not by the least impulses: W is not symmetric, or too large, or no step leads to them; {best}"
+            )
+        }
         StageEnd::Interrupted => format!("stopped on request; {best}"),
         StageEnd::OutOfBudget => format!("the factorisations are spent; {best}"),
         StageEnd::Solved | StageEnd::Stuck => format!("no stage reached the tolerance; {best}"),
@@ -264,14 +297,29 @@ fn solve_blocks<const D: usize>(
     watch: &mut Watch,
 ) -> Answer {
     let mut u = vec![[0.0; D]; r.len()];
-    let (count, errors, ended) = sweeps::sweeps(blocks, (goal.tolerance, goal.sweeps), (r, &mut u), watch);
+    if goal.is_least() {
+        r.fill([0.0; D]);
+    }
+    let given = r.iter().any(|r| *r != [0.0; D]).then(|| r.to_vec());
+    // sweeps depend on the order of contacts; the least impulses must not
+    let most = match given {
+        _ if goal.is_least() => 0,
+        Some(_) => goal.sweeps.min(warm::SWEEPS),
+        None => goal.sweeps,
+    };
+    let (count, errors, ended) = sweeps::sweeps(blocks, (goal.tolerance, most), (r, &mut u), watch);
     let mut answer = Answer {
         errors,
         end: if ended == Ended::Interrupted { StageEnd::Interrupted } else { StageEnd::Solved },
         stages: vec![Stage { name: "sweeps", iterations: count }],
         factorisations: 0,
+        not_least: goal.is_least(),
     };
-    if ended != Ended::LeftOff || goal.factorisations == 0 {
+    if ended != Ended::LeftOff {
+        return answer;
+    }
+    if goal.factorisations == 0 {
+        answer.end = StageEnd::OutOfBudget;
         return answer;
     }
     let scaled = Scaled::of(blocks);
@@ -288,15 +336,27 @@ fn solve_blocks<const D: usize>(
         best_errors: errors,
         watch: &mut |p| watch(p),
     };
-    let left = solve.best.clone();
-    answer.end = newton::descend(&mut solve, &left);
-    answer.stages.push(Stage { name: "newton", iterations: solve.system.factorisations });
+    answer.end = match given {
+        Some(r) => warm::restart(&mut solve, &r, &mut answer.stages),
+        None if goal.is_least() => StageEnd::Stuck,
+        None => {
+            let left = solve.best.clone();
+            let end = newton::descend(&mut solve, &left);
+            answer.stages.push(Stage { name: "newton", iterations: solve.system.factorisations });
+            end
+        }
+    };
     if answer.end == StageEnd::Stuck {
         answer.end = climb(&mut solve, &mut answer.stages);
     }
+    let least = if goal.is_least() && answer.solved() { minimum_norm::least(&mut solve) } else { None };
     answer.errors = solve.best_errors;
     answer.factorisations = solve.system.factorisations;
     solve.scaled.to_impulses(&solve.best, r);
+    if let Some(least) = least {
+        r.copy_from_slice(&least);
+        answer.not_least = false;
+    }
     answer
 }
 

@@ -82,8 +82,8 @@ fn put<S: Simd>(x: &mut [f64], at: usize, value: S::f64s) {
 #[inline(always)]
 fn invert_whole<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
     let row = padded(k);
-    if k <= 3 {
-        return invert_small(a, k);
+    if k <= 3 && invert_small(a, k) {
+        return true;
     }
     let mut swaps = [0usize; 64];
     for c in 0..k {
@@ -126,23 +126,35 @@ fn invert_whole<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
     }
     true
 }
-/// The same for at most three rows, by cofactors: one division deep, where elimination is k deep.
+
+/// Determinants below this share of the product of the rows' sizes have lost half of their digits.
+const LOST: f64 = 1e-8;
+
+/// The same for at most three rows, by cofactors: one division deep, where elimination is k deep. False, with `a` as
+/// it was, where the determinant has lost too many digits, as in 1 + 1e10 b b^T: elimination keeps them.
 #[inline(always)]
 fn invert_small(a: &mut [f64], k: usize) -> bool {
     let row = padded(k);
     let at = |i: usize, j: usize| a[i * row + j];
+    let size = |i: usize| (0..k).map(|j| at(i, j).abs()).sum::<f64>();
     if k == 1 {
         let pivot = at(0, 0);
-        a[0] = 1.0 / pivot;
+        if pivot.is_normal() {
+            a[0] = 1.0 / pivot;
+        }
         return pivot.is_normal();
     }
     if k == 2 {
         let (p, q, r, s) = (at(0, 0), at(0, 1), at(1, 0), at(1, 1));
         let determinant = p * s - q * r;
+        let kept = determinant.abs() > LOST * size(0) * size(1);
+        if !kept || !determinant.is_normal() {
+            return false;
+        }
         let scale = 1.0 / determinant;
         (a[0], a[1]) = (s * scale, -q * scale);
         (a[row], a[row + 1]) = (-r * scale, p * scale);
-        return determinant.is_normal();
+        return true;
     }
     let minor = |i: usize, j: usize| {
         let (r, s) = ((i + 1) % 3, (i + 2) % 3);
@@ -154,12 +166,17 @@ fn invert_small(a: &mut [f64], k: usize) -> bool {
         [minor(1, 0), minor(1, 1), minor(1, 2)],
         [minor(2, 0), minor(2, 1), minor(2, 2)],
     ];
-    let determinant = at(0, 0) * cofactors[0][0] + at(0, 1) * cofactors[0][1] + at(0, 2) * cofactors[0][2];
+    let terms = [0, 1, 2].map(|c| at(0, c) * cofactors[0][c]);
+    let determinant = terms[0] + terms[1] + terms[2];
+    let kept = determinant.abs() > LOST * size(0) * size(1) * size(2);
+    if !kept || !determinant.is_normal() {
+        return false;
+    }
     let scale = 1.0 / determinant;
     for i in 0..3 {
         for j in 0..3 {
             a[i * row + j] = cofactors[j][i] * scale;
         }
     }
-    determinant.is_normal()
+    true
 }

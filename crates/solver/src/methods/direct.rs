@@ -11,6 +11,7 @@ use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, FrictionLaw, Impulses};
 use crate::residual::residual_of;
+use crate::watch::Watch;
 use carom_math::{Column, Space};
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::Llt;
@@ -32,19 +33,16 @@ impl<S: Space> ImpulseSolver<S> for Direct {
     fn name(&self) -> &'static str {
         "direct"
     }
-    fn solve(
+    fn refusal(&self, problem: &ContactProblem<S>) -> Option<String> {
+        resisted(problem, "direct")
+    }
+    fn work(
         &mut self,
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
+        _watch: &mut Watch,
     ) -> Outcome {
-        impulses.fit(problem);
-        if problem.scalar_rows() == 0 {
-            return Outcome::nothing_to_do();
-        }
-        if let Some(refusal) = resisted(problem, "direct", impulses) {
-            return refusal;
-        }
         let prepared = Prepared::of(problem);
         let solved = System::of(problem, &prepared)
             .and_then(|system| system.solve(problem, &prepared))

@@ -34,19 +34,16 @@ impl<S: Space> ImpulseSolver<S> for Enumeration {
     fn name(&self) -> &'static str {
         "enumeration"
     }
-    fn solve(
+    fn refusal(&self, problem: &ContactProblem<S>) -> Option<String> {
+        resisted(problem, "enumeration")
+    }
+    fn work(
         &mut self,
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
+        _watch: &mut Watch,
     ) -> Outcome {
-        impulses.fit(problem);
-        if problem.scalar_rows() == 0 {
-            return Outcome::nothing_to_do();
-        }
-        if let Some(refusal) = resisted(problem, "enumeration", impulses) {
-            return refusal;
-        }
         let prepared = Prepared::of(problem);
         let width = 1 + S::SLIP;
         let frictions = problem.contacts.iter().map(|c| c.friction).enumerate();
@@ -86,7 +83,7 @@ impl FrictionSolver for Enumeration {
     fn name(&self) -> &'static str {
         "enumeration"
     }
-    fn solve(
+    fn work(
         &mut self,
         problem: &FrictionProblem,
         settings: &FrictionSettings,

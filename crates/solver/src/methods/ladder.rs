@@ -2,12 +2,12 @@
 //! the residual is above the tolerance; the best impulses of all stages are kept. An island where nothing presses
 //! is done without any solver. With one rung this is "solve per island". Knows no method.
 
-use crate::impulse_solver::{ImpulseSolver, SolveSettings, SolverKind};
+use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
 use crate::islands::{Islands, Part};
 use crate::outcome::{IslandReport, Outcome, StageReport, Stop};
 use crate::problem::{ContactProblem, Impulse, Impulses};
 use crate::residual::{Entry, Residual, residual};
-use crate::watch::{Watch, unwatched};
+use crate::watch::Watch;
 use carom_math::{Column, Space};
 
 /// The ladder; holds memory between solves and the solvers' own.
@@ -44,6 +44,7 @@ impl<S: Space> Ladder<S> {
             stages.push(StageReport {
                 solver: *kind,
                 iterations: outcome.iterations,
+                factorisations: outcome.factorisations,
                 residual: residual.absolute,
                 stop: stop.clone(),
             });
@@ -121,28 +122,21 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
     fn name(&self) -> &'static str {
         self.name
     }
-    fn solve(
-        &mut self,
-        problem: &ContactProblem<S>,
-        settings: &SolveSettings,
-        impulses: &mut Impulses<S>,
-    ) -> Outcome {
-        self.solve_watched(problem, settings, impulses, &mut unwatched)
+    fn finds(&self, _choice: ImpulseChoice) -> bool {
+        // a rung that does not refuses, and the next one has its turn
+        true
     }
-    fn solve_watched(
+    fn work(
         &mut self,
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
         watch: &mut Watch,
     ) -> Outcome {
-        impulses.fit(problem);
-        if problem.scalar_rows() == 0 {
-            return Outcome::nothing_to_do();
-        }
         self.given.copy_from(impulses);
         self.islands.update(problem);
         let mut outcome = Outcome::nothing_to_do();
+        let mut short = None;
         for island in 0..self.islands.count() {
             if is_idle(problem, &self.islands, island) {
                 self.islands.contacts(island).iter().for_each(|&k| impulses.contacts[k] = Impulse::default());
@@ -152,6 +146,7 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
             let (stages, residual, stop) = self.climb(settings, watch);
             self.part.give(impulses, &self.islands, island);
             outcome.iterations += stages.iter().map(|s| s.iterations).sum::<usize>();
+            outcome.factorisations += stages.iter().map(|s| s.factorisations).sum::<usize>();
             outcome.islands.push(self.report(island, stages, &residual));
             match stop {
                 Stop::Interrupted => outcome.stop = stop,
@@ -160,14 +155,21 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
                     impulses.copy_from(&self.given);
                     outcome.stop = Stop::Refused(self.located(island, &reason));
                 }
-                _ => continue,
+                Stop::Converged => continue,
+                Stop::OutOfIterations | Stop::OutOfFactorisations => {
+                    if short != Some(Stop::OutOfFactorisations) {
+                        short = Some(stop);
+                    }
+                    continue;
+                }
             }
             break;
         }
         // measured anew on the whole: what the islands said of themselves is not taken on trust
         outcome.residual = residual(problem, impulses);
-        if outcome.stop == Stop::Converged && outcome.residual.absolute > settings.tolerance {
-            outcome.stop = Stop::OutOfIterations;
+        let asks_more = settings.impulses == ImpulseChoice::MinimumNorm && short.is_some();
+        if outcome.stop == Stop::Converged && (asks_more || outcome.residual.absolute > settings.tolerance) {
+            outcome.stop = short.unwrap_or(Stop::OutOfIterations);
         }
         outcome
     }

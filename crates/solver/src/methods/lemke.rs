@@ -29,19 +29,16 @@ impl<S: Space> ImpulseSolver<S> for Lemke {
     fn name(&self) -> &'static str {
         "lemke"
     }
-    fn solve(
+    fn refusal(&self, problem: &ContactProblem<S>) -> Option<String> {
+        resisted(problem, "lemke")
+    }
+    fn work(
         &mut self,
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
+        _watch: &mut Watch,
     ) -> Outcome {
-        impulses.fit(problem);
-        if problem.scalar_rows() == 0 {
-            return Outcome::nothing_to_do();
-        }
-        if let Some(refusal) = resisted(problem, "lemke", impulses) {
-            return refusal;
-        }
         let prepared = Prepared::of(problem);
         let refused = |reason: String, pivots: usize, impulses: &Impulses<S>| {
             Outcome::new(pivots, residual_of(problem, &prepared, impulses), Stop::Refused(reason))
@@ -88,7 +85,7 @@ impl FrictionSolver for Lemke {
     fn name(&self) -> &'static str {
         "lemke"
     }
-    fn solve(
+    fn work(
         &mut self,
         problem: &FrictionProblem,
         settings: &FrictionSettings,

@@ -33,19 +33,9 @@ pub(crate) fn judged<S: Space>(
 }
 
 /// A refusal of a problem with rolling or spinning friction by a solver that knows none.
-pub(crate) fn resisted<S: Space>(
-    problem: &ContactProblem<S>,
-    solver: &str,
-    impulses: &Impulses<S>,
-) -> Option<Outcome> {
-    let reason = format!("{solver} knows no rolling or spinning friction; pgs, nncg and apgd do");
-    let refused = || Outcome {
-        iterations: 0,
-        residual: residual(problem, impulses),
-        stop: Stop::Refused(reason),
-        islands: Vec::new(),
-    };
-    (!problem.resistances.is_empty()).then(refused)
+pub(crate) fn resisted<S: Space>(problem: &ContactProblem<S>, solver: &str) -> Option<String> {
+    let reason = || format!("{solver} knows no rolling or spinning friction; pgs, nncg and apgd do");
+    (!problem.resistances.is_empty()).then(reason)
 }
 
 /// A refusal when impulses are no longer finite: friction can jam bodies so that no impulses solve the problem and a

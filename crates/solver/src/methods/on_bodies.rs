@@ -10,7 +10,7 @@ use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, Impulse, Impulses, Twist};
 use crate::residual::largest;
-use crate::watch::{Watch, unwatched};
+use crate::watch::Watch;
 use carom_math::{Column, Space};
 use std::marker::PhantomData;
 
@@ -28,25 +28,13 @@ impl<S: Space, M: Method> ImpulseSolver<S> for OnBodies<S, M> {
     fn name(&self) -> &'static str {
         M::NAME
     }
-    fn solve(
-        &mut self,
-        problem: &ContactProblem<S>,
-        settings: &SolveSettings,
-        impulses: &mut Impulses<S>,
-    ) -> Outcome {
-        self.solve_watched(problem, settings, impulses, &mut unwatched)
-    }
-    fn solve_watched(
+    fn work(
         &mut self,
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
         watch: &mut Watch,
     ) -> Outcome {
-        impulses.fit(problem);
-        if problem.scalar_rows() == 0 {
-            return Outcome::nothing_to_do();
-        }
         self.given.copy_from(impulses);
         self.prepared.update(problem);
         project(problem, impulses);

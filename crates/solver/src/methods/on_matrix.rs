@@ -26,7 +26,7 @@ impl<M: Method> FrictionSolver for OnMatrix<M> {
     fn name(&self) -> &'static str {
         M::NAME
     }
-    fn solve(
+    fn work(
         &mut self,
         problem: &FrictionProblem,
         settings: &FrictionSettings,

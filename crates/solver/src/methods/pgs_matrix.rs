@@ -10,6 +10,7 @@ use crate::outcome::Outcome;
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, Impulses};
 use crate::residual::residual_of;
+use crate::watch::Watch;
 use carom_math::{Column, Space};
 
 /// The sweep on the matrix.
@@ -20,19 +21,16 @@ impl<S: Space> ImpulseSolver<S> for PgsMatrix {
     fn name(&self) -> &'static str {
         "pgs_matrix"
     }
-    fn solve(
+    fn refusal(&self, problem: &ContactProblem<S>) -> Option<String> {
+        resisted(problem, "pgs_matrix")
+    }
+    fn work(
         &mut self,
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
+        _watch: &mut Watch,
     ) -> Outcome {
-        impulses.fit(problem);
-        if problem.scalar_rows() == 0 {
-            return Outcome::nothing_to_do();
-        }
-        if let Some(refusal) = resisted(problem, "pgs_matrix", impulses) {
-            return refusal;
-        }
         let given = impulses.clone();
         let prepared = Prepared::of(problem);
         let a = delassus_of(problem, &prepared);

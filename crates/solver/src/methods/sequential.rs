@@ -11,6 +11,7 @@ use crate::outcome::{Outcome, Stop};
 use crate::prepared::{Prepared, PreparedContact};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use crate::residual::residual;
+use crate::watch::Watch;
 use carom_math::Space;
 
 /// The sequential solver; holds memory between solves, nothing else.
@@ -24,25 +25,18 @@ impl<S: Space> ImpulseSolver<S> for Sequential<S> {
     fn name(&self) -> &'static str {
         "sequential"
     }
-    fn solve(
+    fn refusal(&self, problem: &ContactProblem<S>) -> Option<String> {
+        let rows =
+            "the sequential solver resolves collisions only; bounded rows need pgs, pgs_matrix or lemke";
+        resisted(problem, "sequential").or_else(|| (!problem.rows.is_empty()).then(|| rows.into()))
+    }
+    fn work(
         &mut self,
         problem: &ContactProblem<S>,
         settings: &SolveSettings,
         impulses: &mut Impulses<S>,
+        _watch: &mut Watch,
     ) -> Outcome {
-        impulses.fit(problem);
-        if problem.scalar_rows() == 0 {
-            return Outcome::nothing_to_do();
-        }
-        if let Some(refusal) = resisted(problem, "sequential", impulses) {
-            return refusal;
-        }
-        if !problem.rows.is_empty() {
-            let reason =
-                "the sequential solver resolves collisions only; bounded rows need pgs, pgs_matrix or lemke";
-            let residual = residual(problem, impulses);
-            return Outcome::new(0, residual, Stop::Refused(reason.into()));
-        }
         self.prepared.update(problem);
         self.velocities.clear();
         self.velocities.extend_from_slice(&problem.velocities);

@@ -48,7 +48,12 @@ fn every_answer_on_structures_is_certified_or_refused<S: Space>() {
             for (k, solver) in SolverKind::ALL.into_iter().enumerate() {
                 for settings in [
                     SolveSettings::default(),
-                    SolveSettings { iterations: 300, tolerance: 1e-9, factorisations: 200 },
+                    SolveSettings {
+                        iterations: 300,
+                        tolerance: 1e-9,
+                        factorisations: 200,
+                        ..SolveSettings::default()
+                    },
                 ] {
                     let mut impulses = Impulses::zero(&problem);
                     let outcome = solver.make().solve(&problem, &settings, &mut impulses);

@@ -9,7 +9,7 @@ use carom_solver::{FrictionOutcome, FrictionProblem, FrictionSettings, Progress}
 
 /// Budgets that no problem here needs and that end every loop.
 pub fn settings(tolerance: f64) -> FrictionSettings {
-    FrictionSettings { tolerance, iterations: 5_000, factorisations: 400 }
+    FrictionSettings { tolerance, iterations: 5_000, factorisations: 400, ..FrictionSettings::default() }
 }
 
 /// Fails unless an answer keeps the contract; returns whether it is a solution.
@@ -134,9 +134,24 @@ fn a_budget_is_kept_and_what_it_bought_is_certified() {
         for k in list(family, 9, 9) {
             for mut candidate in candidates() {
                 for settings in [
-                    FrictionSettings { tolerance: 1e-8, iterations: 1, factorisations: 0 },
-                    FrictionSettings { tolerance: 1e-8, iterations: 2, factorisations: 1 },
-                    FrictionSettings { tolerance: 0.0, iterations: 200, factorisations: 60 },
+                    FrictionSettings {
+                        tolerance: 1e-8,
+                        iterations: 1,
+                        factorisations: 0,
+                        ..FrictionSettings::default()
+                    },
+                    FrictionSettings {
+                        tolerance: 1e-8,
+                        iterations: 2,
+                        factorisations: 1,
+                        ..FrictionSettings::default()
+                    },
+                    FrictionSettings {
+                        tolerance: 0.0,
+                        iterations: 200,
+                        factorisations: 60,
+                        ..FrictionSettings::default()
+                    },
                 ] {
                     let what = format!("{} on {:?} with {settings:?}", candidate.solver.name(), k.name);
                     let answer = solve_matrix(candidate.solver.as_mut(), &k.problem, &settings);

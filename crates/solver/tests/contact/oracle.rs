@@ -164,7 +164,7 @@ impl FrictionSolver for Oracle {
     fn name(&self) -> &'static str {
         "clarabel"
     }
-    fn solve(
+    fn work(
         &mut self,
         problem: &FrictionProblem,
         settings: &FrictionSettings,

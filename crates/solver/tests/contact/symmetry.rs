@@ -52,7 +52,7 @@ fn assert_same<S: Space>(
 }
 
 /// A random order of 0, 1, ..., n - 1.
-fn shuffled(random: &mut Random, n: usize) -> Vec<usize> {
+pub fn shuffled(random: &mut Random, n: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..n).collect();
     (1..n).rev().for_each(|i| order.swap(i, random.below(i + 1)));
     order

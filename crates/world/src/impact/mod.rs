@@ -200,11 +200,7 @@ impl<S: Geometry> Impacts<S> {
         Watched { solver, watch }: &mut Watched<S>,
     ) -> Outcome {
         self.impulses.reset(&self.problem);
-        let solve = SolveSettings {
-            iterations: settings.iterations,
-            tolerance: settings.tolerance,
-            ..SolveSettings::default()
-        };
+        let solve = settings.solve();
         match settings.impact {
             ImpactLaw::Newton => {
                 let outcome = newton::solve(&self.problem, &solve, *solver, &mut self.impulses, watch);

@@ -21,7 +21,7 @@ use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
 use carom_solver::methods::ladder::Ladder;
-use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolveSettings, SolverKind, Stop, Twist, Watch};
+use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolverKind, Stop, Twist, Watch};
 
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
 pub struct FixedStep<S: Geometry> {
@@ -294,11 +294,7 @@ impl<S: Geometry> FixedStep<S> {
             warm.load(&self.problem, dt, &mut self.impulses);
         }
         let (_, _, solver) = self.solver.as_mut()?;
-        let solve = SolveSettings {
-            iterations: settings.iterations,
-            tolerance: settings.tolerance,
-            ..SolveSettings::default()
-        };
+        let solve = settings.solve();
         let outcome = solver.solve_watched(&self.problem, &solve, &mut self.impulses, watch);
         let worst = assembly::bodies_of(&self.problem, outcome.residual.worst);
         Some(SolveReport::new(outcome, self.problem.contacts.len(), worst))

@@ -1,0 +1,109 @@
+//! Starts that solved a problem much like this one: a step later a structure takes a few factorisations where a cold
+//! start takes many, and the answer is as certified as any.
+
+use crate::common::*;
+use crate::judge::errors;
+use crate::scenes::*;
+use crate::solvers::{assembled, solve_matrix};
+use carom_math::Space;
+use carom_solver::delassus::right_hand_side;
+use carom_solver::exact::Exact;
+use carom_solver::{
+    ContactProblem, FrictionSettings, FrictionSolver, Impulses, SolveSettings, SolverKind, Stop, Twist,
+    residual, unwatched,
+};
+
+fn structures<S: Space>() -> Vec<(String, ContactProblem<S>)> {
+    let mut all = vec![("a stack".to_owned(), stack::<S>(&[1.0; 10], 0.5))];
+    for (columns, rows) in [(3, 3), (5, 6), (8, 8)] {
+        all.push((format!("a wall of {columns} x {rows}"), wall::<S>(columns, rows, 0.5)));
+    }
+    all
+}
+
+/// Velocities of the bodies changed so that those of the contacts change by at most a share of the largest.
+fn stirred<S: Space>(problem: &ContactProblem<S>, share: f64, random: &mut Random) -> ContactProblem<S> {
+    let largest = |b: &[f64]| b.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
+    let q = right_hand_side(problem);
+    let twists: Vec<Twist<S>> = problem.velocities.iter().map(|_| random.twist(1.0)).collect();
+    let by = |size: f64| {
+        let mut stirred = problem.clone();
+        for ((m, v), twist) in problem.inverse_masses.iter().zip(&mut stirred.velocities).zip(&twists) {
+            if !m.is_fixed() {
+                v.add_scaled(twist, size);
+            }
+        }
+        stirred
+    };
+    let change: Vec<f64> = right_hand_side(&by(1.0)).iter().zip(&q).map(|(a, b)| a - b).collect();
+    by(share * largest(&q) / largest(&change))
+}
+
+/// On bodies.
+fn a_structure_a_step_later_takes_at_most_four_factorisations<S: Space>() {
+    let mut random = Random::new(91);
+    for (what, problem) in structures::<S>() {
+        let settings = SolveSettings { tolerance: 1e-8 * FALL, ..SolveSettings::default() };
+        let mut solver = SolverKind::Exact.make();
+        let mut start = Impulses::zero(&problem);
+        let cold = solver.solve(&problem, &settings, &mut start);
+        assert_eq!(cold.stop, Stop::Converged, "{what}");
+        for round in 0..4 {
+            let later = stirred(&problem, 1e-3, &mut random);
+            let mut impulses = start.clone();
+            let outcome = solver.solve(&later, &settings, &mut impulses);
+            println!("{what}: {} cold, {} warm", cold.factorisations, outcome.factorisations);
+            assert_eq!(outcome.stop, Stop::Converged, "{what}, round {round}");
+            assert!(outcome.factorisations <= 4, "{what}, round {round}: {}", outcome.factorisations);
+        }
+    }
+}
+
+/// In matrix form.
+fn a_matrix_a_step_later_takes_at_most_four_factorisations<S: Space>() {
+    let mut random = Random::new(92);
+    for (what, problem) in structures::<S>() {
+        let settings = FrictionSettings::default();
+        let (start, cold) = solve_matrix(&mut Exact, &assembled(&problem), &settings);
+        assert!(cold.solved, "{what}");
+        for round in 0..4 {
+            let later = assembled(&stirred(&problem, 1e-3, &mut random));
+            let mut impulses = start.clone();
+            let outcome = Exact.solve(&later, &settings, &mut impulses, &mut unwatched);
+            println!(
+                "{what}: {} cold, {} warm {:?}",
+                cold.factorisations, outcome.factorisations, outcome.stages
+            );
+            assert!(outcome.solved && errors(&later, &impulses).solve(1e-8), "{what}: {outcome:?}");
+            assert!(outcome.factorisations <= 4, "{what}, round {round}: {}", outcome.factorisations);
+        }
+    }
+}
+
+/// A start that is far off costs a little more than none, and spoils nothing: contacts' states change with a tenth
+/// of the velocities, and with everything.
+fn a_far_start_leads_to_a_certified_answer<S: Space>() {
+    let mut random = Random::new(93);
+    for (what, problem) in structures::<S>() {
+        let settings = SolveSettings { tolerance: 1e-8 * FALL, ..SolveSettings::default() };
+        let mut start = Impulses::zero(&problem);
+        SolverKind::Exact.make().solve(&problem, &settings, &mut start);
+        for share in [0.01, 0.1, 1.0] {
+            let later = stirred(&problem, share, &mut random);
+            let cold = SolverKind::Exact.make().solve(&later, &settings, &mut Impulses::zero(&later));
+            let mut impulses = start.clone();
+            let outcome = SolverKind::Exact.make().solve(&later, &settings, &mut impulses);
+            println!("{what}, {share}: {} cold, {} warm", cold.factorisations, outcome.factorisations);
+            assert_eq!(outcome.stop, Stop::Converged, "{what}, {share}");
+            assert!(residual(&later, &impulses).absolute <= settings.tolerance, "{what}, {share}");
+            let most = cold.factorisations + 8;
+            assert!(outcome.factorisations <= most, "{what}, {share}: {}", outcome.factorisations);
+        }
+    }
+}
+
+in_both_spaces! {
+    a_structure_a_step_later_takes_at_most_four_factorisations;
+    a_far_start_leads_to_a_certified_answer;
+    a_matrix_a_step_later_takes_at_most_four_factorisations;
+}
