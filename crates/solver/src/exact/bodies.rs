@@ -107,6 +107,11 @@ impl<const D: usize> BodySpace<D> {
         self.factor.factorize(&self.analysis, &self.values)
     }
 
+    /// The sign of the determinant of the factorised matrix.
+    pub fn determinant_sign(&self) -> f64 {
+        self.factor.determinant_sign(&self.analysis)
+    }
+
     /// Replaces rhs by dx.
     pub fn solve(&mut self, x: &mut [[f64; D]]) {
         let f = self.rows.freedoms;

@@ -16,12 +16,15 @@ pub(crate) mod lane;
 mod local;
 mod newton;
 mod operator;
+mod path;
+mod pivoted;
 mod proximal;
 mod scaled;
 mod stage;
 mod step;
 pub(crate) mod sweeps;
 mod system;
+mod way;
 
 use crate::friction_problem::{FrictionProblem, Measure, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
@@ -31,6 +34,7 @@ use blocks::Blocks;
 pub use contacts::ExactContacts;
 use interior_point::{Start, interior_point};
 use judge::Errors;
+use path::follow;
 use proximal::proximal;
 use scaled::Scaled;
 use stage::{Solve, StageEnd};
@@ -226,26 +230,53 @@ fn solve_blocks<const D: usize>(
     answer
 }
 
-/// Interior point and proximal Newton from one start after another.
+/// A stage of the ladder.
+#[derive(Clone, Copy)]
+enum Rung {
+    /// Interior point from a start, leaving its own best iterate.
+    Interior(Start),
+    /// Proximal Newton from the iterate that the stage before left, with at most so many factorisations.
+    Proximal(usize),
+    /// The path with a smoothing and at most so many factorisations, leaving the best iterate of all stages.
+    Path(f64, usize),
+}
+
+/// Cheap stages first; the later ones are for what the earlier ones do not solve.
+const LADDER: [Rung; 14] = [
+    Rung::Interior(STARTS[0]),
+    Rung::Proximal(60),
+    Rung::Path(1.0, 150),
+    Rung::Proximal(60),
+    Rung::Path(0.01, 400),
+    Rung::Proximal(PROXIMAL),
+    Rung::Interior(STARTS[1]),
+    Rung::Proximal(PROXIMAL),
+    Rung::Interior(STARTS[2]),
+    Rung::Proximal(PROXIMAL),
+    Rung::Interior(STARTS[3]),
+    Rung::Proximal(PROXIMAL),
+    Rung::Interior(STARTS[4]),
+    Rung::Proximal(PROXIMAL),
+];
+
+/// One stage after another until one solves the problem.
 fn climb<const D: usize>(solve: &mut Solve<'_, D>, stages: &mut Vec<Stage>) -> StageEnd {
     let mut x = solve.vector();
-    for start in STARTS {
+    for rung in LADDER {
         let before = solve.system.factorisations;
-        let end = interior_point(solve, start, &mut x);
-        let spent = solve.system.factorisations;
-        stages.push(Stage { name: "interior point", iterations: spent - before });
-        if end != StageEnd::Stuck {
-            return end;
-        }
-        let end = proximal(solve, &x, WEIGHT, PROXIMAL);
-        stages.push(Stage { name: "proximal newton", iterations: solve.system.factorisations - spent });
+        let (name, end) = match rung {
+            Rung::Interior(start) => ("interior point", interior_point(solve, start, &mut x)),
+            Rung::Proximal(most) => ("proximal newton", proximal(solve, &x, WEIGHT, most)),
+            Rung::Path(smoothing, most) => {
+                let end = follow(solve, smoothing, most);
+                x.clone_from(&solve.best);
+                ("path", end)
+            }
+        };
+        stages.push(Stage { name, iterations: solve.system.factorisations - before });
         if end != StageEnd::Stuck {
             return end;
         }
     }
-    let unit = vec![std::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 }); x.len()];
-    let before = solve.system.factorisations;
-    let end = proximal(solve, &unit, WEIGHT, PROXIMAL);
-    stages.push(Stage { name: "proximal newton", iterations: solve.system.factorisations - before });
-    end
+    StageEnd::Stuck
 }

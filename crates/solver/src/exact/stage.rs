@@ -103,7 +103,7 @@ impl<const D: usize> WithSimd for NewtonRows<'_, D> {
             let rho = Lane::load(simd, &self.scaled.step[first..]);
             let shift = rho.like(self.shift.0) + rho.like(self.shift.1) / rho;
             let (x, u) = (load(simd, self.x, first), load(simd, self.u, first));
-            let (block, rhs) = newton_block(x, u, (rho, shift));
+            let (block, rhs) = newton_block(x, u, (rho, shift, self.scaled.least));
             store_block(block, self.blocks, first);
             store(rhs, self.rhs, first);
         }

@@ -1,7 +1,9 @@
 //! Numeric factorisation and solution, front by front from the leaves to the roots (Duff and Reid 1983).
 
 use super::analysis::{Analysis, Front};
-use super::front::{invert, padded, solve_panel, subtract_columns, subtract_product, subtract_products};
+use super::front::{
+    determinant_sign, invert, padded, solve_panel, subtract_columns, subtract_product, subtract_products,
+};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Factors of a matrix, with the memory to make and use them.
@@ -50,6 +52,21 @@ impl Factor {
     /// Replaces a right-hand side by the solution.
     pub fn solve(&mut self, analysis: &Analysis, x: &mut [f64]) {
         Arch::new().dispatch(Solve(self, analysis, x));
+    }
+
+    /// 1 or -1: the sign of the determinant of the factorised matrix.
+    pub fn determinant_sign(&self, analysis: &Analysis) -> f64 {
+        let (mut sign, mut panel) = (1.0, 0);
+        for front in &analysis.fronts {
+            let mut left = front.pivot_scalars + front.row_scalars;
+            for &chunk in &front.chunks {
+                let k = chunk as usize;
+                left -= k;
+                sign *= determinant_sign(&self.panels[panel..panel + k * padded(k)], k);
+                panel += k * padded(k) + 2 * k * padded(left);
+            }
+        }
+        sign
     }
 
     #[inline(always)]

@@ -96,6 +96,29 @@ fn invert_small(a: &mut [f64], k: usize) -> bool {
     determinant.is_normal()
 }
 
+/// The sign of the determinant of a k x k matrix, stored as for `invert`; the inverse has the same.
+pub fn determinant_sign(a: &[f64], k: usize) -> f64 {
+    let mut rows: Vec<Vec<f64>> = a.chunks_exact(padded(k)).take(k).map(|row| row[..k].to_vec()).collect();
+    let mut sign = 1.0;
+    for c in 0..k {
+        let best = (c..k).fold(c, |b, r| if rows[r][c].abs() > rows[b][c].abs() { r } else { b });
+        if best != c {
+            rows.swap(best, c);
+            sign = -sign;
+        }
+        let (above, below) = rows.split_at_mut(c + 1);
+        let own = &above[c];
+        if own[c] < 0.0 {
+            sign = -sign;
+        }
+        for row in below {
+            let factor = row[c] / own[c];
+            row[c..].iter_mut().zip(&own[c..]).for_each(|(x, o)| *x -= factor * o);
+        }
+    }
+    sign
+}
+
 /// u = r D^-T over columns of length `m` (a multiple of eight): column c of u is sum over l of inverse[c, l] times
 /// column l of r.
 #[inline(always)]
