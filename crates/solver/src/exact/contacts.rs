@@ -105,6 +105,7 @@ impl<S: Space> ExactContacts<S> {
                 tolerance: settings.tolerance * SHARE * 0.1_f64.powi(attempt) / blocks.largest_velocity(),
                 sweeps: settings.iterations.min(300),
                 factorisations: settings.factorisations - factorisations,
+                feasibility: false,
             };
             let answer = solve_blocks(&blocks, &goal, &mut r, watch);
             iterations += answer.iterations();

@@ -9,6 +9,7 @@ pub(crate) mod blocks;
 mod bodies;
 mod cone;
 mod contacts;
+mod feasibility;
 mod groups;
 mod interior_point;
 pub(crate) mod judge;
@@ -29,18 +30,16 @@ mod way;
 use crate::friction_problem::{FrictionProblem, Measure, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::methods::lemke::Lemke;
-use crate::watch::Watch;
+use crate::watch::{Progress, Watch, unwatched};
 use blocks::Blocks;
 pub use contacts::ExactContacts;
 use interior_point::{Start, interior_point};
 use judge::Errors;
 use path::follow;
 use proximal::proximal;
-use scaled::Scaled;
 use stage::{Solve, StageEnd};
 use std::time::Instant;
 use sweeps::Ended;
-use system::System;
 
 /// The exact solver for problems in matrix form.
 #[derive(Clone, Debug, Default)]
@@ -59,11 +58,16 @@ const STARTS: [Start; 5] = [
     Start { size: 0.1, smoothing: 10.0, centrality: 1e-3 },
 ];
 
+/// Factorisations after which strict feasibility adds little to the cost.
+const WORTH_ASKING: usize = 100;
+
 /// When to be content, and how long to try.
 struct Goal {
     tolerance: f64,
     sweeps: usize,
     factorisations: usize,
+    /// Tell the strict feasibility of what is not solved; its factorisations are beside the budget.
+    feasibility: bool,
 }
 
 /// What the stages came to.
@@ -72,6 +76,7 @@ struct Answer {
     end: StageEnd,
     stages: Vec<Stage>,
     factorisations: usize,
+    strict_feasibility: Option<f64>,
 }
 
 impl Answer {
@@ -150,6 +155,7 @@ fn in_dimension<const D: usize>(
         tolerance: settings.tolerance,
         sweeps: settings.iterations.min(300),
         factorisations: settings.factorisations,
+        feasibility: true,
     };
     let answer = solve_blocks(&blocks, &goal, &mut r, watch);
     for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
@@ -178,8 +184,26 @@ fn in_dimension<const D: usize>(
         factorisations: answer.factorisations,
         seconds,
         reason: if solved { String::new() } else { reason(answer.end, &answer.errors) },
-        strict_feasibility: None,
+        strict_feasibility: if solved { None } else { answer.strict_feasibility },
     }
+}
+
+/// The largest t, at most the largest entry of q, with u_N >= mu |u_T| + t at every contact for some r, u = W r + q
+/// \[m/s\], as far as an interior point finds it: above 0 a solution exists, at or below 0 none need exist. `None`
+/// where no number is found.
+pub fn strict_feasibility(problem: &FrictionProblem) -> Option<f64> {
+    match problem.dimension {
+        1 => feasibility_in::<1>(problem),
+        2 => feasibility_in::<2>(problem),
+        _ => feasibility_in::<3>(problem),
+    }
+}
+
+fn feasibility_in<const D: usize>(problem: &FrictionProblem) -> Option<f64> {
+    let blocks = Blocks::<D>::of(problem);
+    let mut watch = unwatched;
+    let mut solve = Solve::of(&blocks, 0.0, usize::MAX, &mut watch);
+    feasibility::strict_feasibility(&mut solve)
 }
 
 fn reason(end: StageEnd, errors: &Errors) -> String {
@@ -205,27 +229,22 @@ fn solve_blocks<const D: usize>(
         end: if ended == Ended::Interrupted { StageEnd::Interrupted } else { StageEnd::Solved },
         stages: vec![Stage { name: "sweeps", iterations: count }],
         factorisations: 0,
+        strict_feasibility: None,
     };
     if ended != Ended::LeftOff || goal.factorisations == 0 {
         return answer;
     }
-    let scaled = Scaled::of(blocks);
-    let system = System::of(&scaled);
-    let mut best = vec![[0.0; D]; r.len()];
-    scaled.in_cone_units(r, &mut best);
-    let mut solve = Solve {
-        blocks,
-        scaled,
-        system,
-        tolerance: goal.tolerance,
-        budget: goal.factorisations,
-        best,
-        best_errors: errors,
-        watch: &mut |p| watch(p),
-    };
+    let mut watched = |p: &Progress| watch(p);
+    let mut solve = Solve::of(blocks, goal.tolerance, goal.factorisations, &mut watched);
+    solve.scaled.in_cone_units(r, &mut solve.best);
+    solve.best_errors = errors;
     answer.end = climb(&mut solve, &mut answer.stages);
     answer.errors = solve.best_errors;
     answer.factorisations = solve.system.factorisations;
+    let given_up = answer.end == StageEnd::Stuck || answer.factorisations >= WORTH_ASKING;
+    if goal.feasibility && given_up && !answer.solved() && !answer.interrupted() {
+        answer.strict_feasibility = feasibility::strict_feasibility(&mut solve);
+    }
     solve.scaled.to_impulses(&solve.best, r);
     answer
 }

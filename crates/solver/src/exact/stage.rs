@@ -36,6 +36,23 @@ pub struct Solve<'a, const D: usize> {
     pub watch: &'a mut Watch<'a>,
 }
 
+impl<'a, const D: usize> Solve<'a, D> {
+    /// A solve that has no iterate yet.
+    pub fn of(blocks: &'a Blocks<D>, tolerance: f64, budget: usize, watch: &'a mut Watch<'a>) -> Self {
+        let scaled = Scaled::of(blocks);
+        Solve {
+            blocks,
+            system: System::of(&scaled),
+            tolerance,
+            budget,
+            best: vec![[0.0; D]; scaled.velocity.len()],
+            best_errors: Errors::default(),
+            scaled,
+            watch,
+        }
+    }
+}
+
 impl<const D: usize> Solve<'_, D> {
     /// A vector over contacts, padded with the unit of the cone so that lanes in the padding stay harmless.
     pub fn vector(&self) -> Vec<[f64; D]> {
