@@ -134,6 +134,11 @@ impl<const D: usize> BodySpace<D> {
         }
     }
 
+    /// The sign of the determinant of the factorised matrix.
+    pub fn determinant_sign(&self) -> f64 {
+        self.factor.determinant_sign(&self.analysis)
+    }
+
     /// Replaces rhs by dx.
     pub fn solve(&mut self, x: &mut [[f64; D]]) {
         let f = self.rows.freedoms;

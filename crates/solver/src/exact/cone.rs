@@ -127,7 +127,7 @@ fn times<S: Simd, const D: usize>(m: [Lanes<S, D>; D], v: Lanes<S, D>) -> Lanes<
 
 /// Smallest eigenvalue of the projection's derivative that is used: below it, 1e12 would stand next to 1 in the
 /// matrix and its rounding poison the eigenvalue 0.
-const LEAST: f64 = 1e-6;
+pub const LEAST: f64 = 1e-6;
 
 /// The Newton step on the natural map: (W + D) dx = rhs, D = E sum (1 - l)/(l rho) v v^T + shift over the
 /// eigenpairs (l, v) of the projection's derivative, rhs = -E sum 1/(l rho) (v . F) v. Returns D and rhs.
@@ -135,7 +135,7 @@ const LEAST: f64 = 1e-6;
 pub fn newton_block<S: Simd, const D: usize>(
     x: Lanes<S, D>,
     u: Lanes<S, D>,
-    (rho, shift): (Lane<S>, Lane<S>),
+    (rho, shift, least): (Lane<S>, Lane<S>, f64),
 ) -> ([Lanes<S, D>; D], Lanes<S, D>) {
     let (zero, one, half) = (rho.like(0.0), rho.like(1.0), rho.like(0.5));
     let trial = trial(x, u, rho);
@@ -147,7 +147,7 @@ pub fn newton_block<S: Simd, const D: usize>(
     let mut stiff = inverse;
     for k in 0..3 {
         let outside = t.if_at_most(-trial[0], zero, inverse[k]);
-        let value = t.if_at_most(trial[0], one, outside).max(rho.like(LEAST));
+        let value = t.if_at_most(trial[0], one, outside).max(rho.like(least));
         inverse[k] = one / (value * rho);
         stiff[k] = (one - value) * inverse[k];
     }

@@ -129,6 +129,11 @@ impl<const D: usize> GroupSpace<D> {
         self.factor.factorize(&self.analysis, &self.values)
     }
 
+    /// The sign of the determinant of the factorised matrix.
+    pub fn determinant_sign(&self) -> f64 {
+        self.factor.determinant_sign(&self.analysis)
+    }
+
     /// Replaces rhs by dx.
     pub fn solve(&mut self, x: &mut [[f64; D]]) {
         self.pulled.fill(0.0);

@@ -104,7 +104,7 @@ fn step<const D: usize>(solve: &mut Solve<'_, D>, pair: &mut Pair<D>, start: Sta
     let scaled: &Scaled<D> = &solve.scaled;
     let system = &mut solve.system;
     let m = pair.complementarity(scaled.count());
-    prepare(scaled, pair, start.smoothing * m, &mut system.blocks);
+    prepare(scaled, pair, (start.smoothing * m, 1.0), &mut system.blocks);
     if !system.factorize() {
         return None;
     }

@@ -10,6 +10,7 @@ mod bodies;
 mod cone;
 mod contacts;
 mod face;
+mod feasibility;
 mod groups;
 mod interior_point;
 pub(crate) mod judge;
@@ -18,6 +19,8 @@ pub(crate) mod local;
 mod minimum_norm;
 mod newton;
 pub(crate) mod operator;
+mod path;
+mod pivoted;
 mod principal_pivots;
 mod proximal;
 mod root;
@@ -28,23 +31,23 @@ mod step;
 pub(crate) mod sweeps;
 mod system;
 mod warm;
+mod way;
 
 use crate::friction_problem::{FrictionProblem, Measure, measure, measured, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::impulse_solver::ImpulseChoice;
 use crate::methods::lemke::Lemke;
-use crate::watch::Watch;
+use crate::watch::{Progress, Watch, unwatched};
 use blocks::Blocks;
 pub use contacts::ExactContacts;
 use interior_point::{CENTRED, Start, interior_point};
 use judge::Errors;
 use local::Local;
+use path::follow;
 use proximal::proximal;
-use scaled::Scaled;
 use stage::{Solve, StageEnd};
 use std::time::Instant;
 use sweeps::Ended;
-use system::System;
 
 /// The exact solver for problems in matrix form.
 #[derive(Clone, Debug, Default)]
@@ -63,12 +66,17 @@ const STARTS: [Start; 5] = [
     Start { size: 0.1, smoothing: 10.0, centrality: 1e-3 },
 ];
 
+/// Factorisations after which strict feasibility adds little to the cost.
+const WORTH_ASKING: usize = 100;
+
 /// When to be content, and how long to try.
 struct Goal {
     tolerance: f64,
     sweeps: usize,
     factorisations: usize,
     impulses: ImpulseChoice,
+    /// Tell the strict feasibility of what is not solved; its factorisations are beside the budget.
+    feasibility: bool,
 }
 
 impl Goal {
@@ -85,6 +93,7 @@ struct Answer {
     factorisations: usize,
     /// True where the least impulses were asked for and not found.
     not_least: bool,
+    strict_feasibility: Option<f64>,
 }
 
 impl Answer {
@@ -241,6 +250,7 @@ fn in_dimension<const D: usize>(
         sweeps: settings.iterations.min(300),
         factorisations: settings.factorisations,
         impulses: settings.impulses,
+        feasibility: true,
     };
     let answer = solve_blocks(&blocks, &goal, &mut r, watch);
     for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
@@ -270,8 +280,26 @@ fn in_dimension<const D: usize>(
         factorisations: answer.factorisations,
         seconds,
         reason,
-        strict_feasibility: None,
+        strict_feasibility: if solved { None } else { answer.strict_feasibility },
     }
+}
+
+/// The largest t, at most the largest entry of q, with u_N >= mu |u_T| + t at every contact for some r, u = W r + q
+/// \[m/s\], as far as an interior point finds it: above 0 a solution exists, at or below 0 none need exist. `None`
+/// where no number is found.
+pub fn strict_feasibility(problem: &FrictionProblem) -> Option<f64> {
+    match problem.dimension {
+        1 => feasibility_in::<1>(problem),
+        2 => feasibility_in::<2>(problem),
+        _ => feasibility_in::<3>(problem),
+    }
+}
+
+fn feasibility_in<const D: usize>(problem: &FrictionProblem) -> Option<f64> {
+    let blocks = Blocks::<D>::of(problem);
+    let mut watch = unwatched;
+    let mut solve = Solve::of(&blocks, 0.0, usize::MAX, &mut watch);
+    feasibility::strict_feasibility(&mut solve)
 }
 
 fn reason(answer: &Answer) -> String {
@@ -314,6 +342,7 @@ fn solve_blocks<const D: usize>(
         stages: vec![Stage { name: "sweeps", iterations: count }],
         factorisations: 0,
         not_least: goal.is_least(),
+        strict_feasibility: None,
     };
     if ended != Ended::LeftOff {
         return answer;
@@ -322,20 +351,10 @@ fn solve_blocks<const D: usize>(
         answer.end = StageEnd::OutOfBudget;
         return answer;
     }
-    let scaled = Scaled::of(blocks);
-    let system = System::of(&scaled);
-    let mut best = vec![[0.0; D]; r.len()];
-    scaled.in_cone_units(r, &mut best);
-    let mut solve = Solve {
-        blocks,
-        scaled,
-        system,
-        tolerance: goal.tolerance,
-        budget: goal.factorisations,
-        best,
-        best_errors: errors,
-        watch: &mut |p| watch(p),
-    };
+    let mut watched = |p: &Progress| watch(p);
+    let mut solve = Solve::of(blocks, goal.tolerance, goal.factorisations, &mut watched);
+    solve.scaled.in_cone_units(r, &mut solve.best);
+    solve.best_errors = errors;
     answer.end = match given {
         Some(r) => warm::restart(&mut solve, &r, &mut answer.stages),
         None if goal.is_least() => StageEnd::Stuck,
@@ -352,6 +371,10 @@ fn solve_blocks<const D: usize>(
     let least = if goal.is_least() && answer.solved() { minimum_norm::least(&mut solve) } else { None };
     answer.errors = solve.best_errors;
     answer.factorisations = solve.system.factorisations;
+    let given_up = answer.end == StageEnd::Stuck || answer.factorisations >= WORTH_ASKING;
+    if goal.feasibility && given_up && !answer.solved() && !answer.interrupted() {
+        answer.strict_feasibility = feasibility::strict_feasibility(&mut solve);
+    }
     solve.scaled.to_impulses(&solve.best, r);
     if let Some(least) = least {
         r.copy_from_slice(&least);
@@ -360,26 +383,53 @@ fn solve_blocks<const D: usize>(
     answer
 }
 
-/// Interior point and proximal Newton from one start after another.
+/// A stage of the ladder.
+#[derive(Clone, Copy)]
+enum Rung {
+    /// Interior point from a start, leaving its own best iterate.
+    Interior(Start),
+    /// Proximal Newton from the iterate that the stage before left, with at most so many factorisations.
+    Proximal(usize),
+    /// The path with a smoothing and at most so many factorisations, leaving the best iterate of all stages.
+    Path(f64, usize),
+}
+
+/// Cheap stages first; the later ones are for what the earlier ones do not solve.
+const LADDER: [Rung; 14] = [
+    Rung::Interior(STARTS[0]),
+    Rung::Proximal(60),
+    Rung::Path(1.0, 150),
+    Rung::Proximal(60),
+    Rung::Path(0.01, 400),
+    Rung::Proximal(PROXIMAL),
+    Rung::Interior(STARTS[1]),
+    Rung::Proximal(PROXIMAL),
+    Rung::Interior(STARTS[2]),
+    Rung::Proximal(PROXIMAL),
+    Rung::Interior(STARTS[3]),
+    Rung::Proximal(PROXIMAL),
+    Rung::Interior(STARTS[4]),
+    Rung::Proximal(PROXIMAL),
+];
+
+/// One stage after another until one solves the problem.
 fn climb<const D: usize>(solve: &mut Solve<'_, D>, stages: &mut Vec<Stage>) -> StageEnd {
     let mut x = solve.vector();
-    for start in STARTS {
+    for rung in LADDER {
         let before = solve.system.factorisations;
-        let end = interior_point(solve, start, &mut x);
-        let spent = solve.system.factorisations;
-        stages.push(Stage { name: "interior point", iterations: spent - before });
-        if end != StageEnd::Stuck {
-            return end;
-        }
-        let end = proximal(solve, &x, WEIGHT, PROXIMAL);
-        stages.push(Stage { name: "proximal newton", iterations: solve.system.factorisations - spent });
+        let (name, end) = match rung {
+            Rung::Interior(start) => ("interior point", interior_point(solve, start, &mut x)),
+            Rung::Proximal(most) => ("proximal newton", proximal(solve, &x, WEIGHT, most)),
+            Rung::Path(smoothing, most) => {
+                let end = follow(solve, smoothing, most);
+                x.clone_from(&solve.best);
+                ("path", end)
+            }
+        };
+        stages.push(Stage { name, iterations: solve.system.factorisations - before });
         if end != StageEnd::Stuck {
             return end;
         }
     }
-    let unit = vec![std::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 }); x.len()];
-    let before = solve.system.factorisations;
-    let end = proximal(solve, &unit, WEIGHT, PROXIMAL);
-    stages.push(Stage { name: "proximal newton", iterations: solve.system.factorisations - before });
-    end
+    StageEnd::Stuck
 }

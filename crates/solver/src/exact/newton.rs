@@ -57,6 +57,16 @@ impl<const D: usize> Iteration<D> {
     }
 }
 
+/// The same where impulses are far larger than their unit: the natural map then needs steps as much longer to tell
+/// a contact that carries little from one that opens.
+pub fn finish_far<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most: usize) -> StageEnd {
+    let largest = start[..solve.scaled.count()].as_flattened().iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+    solve.scaled.lengthen(largest);
+    let end = finish(solve, start, most);
+    solve.scaled.lengthen(1.0 / largest);
+    end
+}
+
 /// At most `most` Newton steps from `start`.
 pub fn finish<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most: usize) -> StageEnd {
     let mut at = Iteration::new(solve, start);

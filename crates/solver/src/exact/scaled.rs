@@ -3,6 +3,7 @@
 //! the mean norm of the diagonal blocks (theory chapter 7). A contact without friction keeps its normal row; its tangential rows are zeroed, so they stay zero.
 
 use super::blocks::Blocks;
+use super::cone::LEAST;
 use super::judge::{Errors, errors};
 use super::operator::Operator;
 use std::cell::RefCell;
@@ -21,6 +22,8 @@ pub struct Scaled<const D: usize> {
     pub stretch: Vec<[f64; D]>,
     /// Step length of the natural map, 1 / |W~_ii|, padded with 1.
     pub step: Vec<f64>,
+    /// Smallest eigenvalue of the projection's derivative that a Newton step uses.
+    pub least: f64,
     /// s_q / s_W.
     pub impulse_unit: f64,
     /// s_q.
@@ -78,12 +81,18 @@ impl<const D: usize> Scaled<D> {
             velocity,
             stretch,
             step,
+            least: LEAST,
             impulse_unit: velocity_unit / mean,
             velocity_unit,
             r: vec![[0.0; D]; padded],
             u: vec![[0.0; D]; padded],
             bodies: RefCell::default(),
         }
+    }
+    /// Multiplies the step lengths of the natural map.
+    pub fn lengthen(&mut self, factor: f64) {
+        self.step.iter_mut().for_each(|s| *s *= factor);
+        self.least /= factor;
     }
     /// Number of contacts.
     pub fn count(&self) -> usize {

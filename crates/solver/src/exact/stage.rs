@@ -36,6 +36,23 @@ pub struct Solve<'a, const D: usize> {
     pub watch: &'a mut Watch<'a>,
 }
 
+impl<'a, const D: usize> Solve<'a, D> {
+    /// A solve that has no iterate yet.
+    pub fn of(blocks: &'a Blocks<D>, tolerance: f64, budget: usize, watch: &'a mut Watch<'a>) -> Self {
+        let scaled = Scaled::of(blocks);
+        Solve {
+            blocks,
+            system: System::of(&scaled),
+            tolerance,
+            budget,
+            best: vec![[0.0; D]; scaled.velocity.len()],
+            best_errors: Errors::default(),
+            scaled,
+            watch,
+        }
+    }
+}
+
 impl<const D: usize> Solve<'_, D> {
     /// A vector over contacts, padded with the unit of the cone so that lanes in the padding stay harmless.
     pub fn vector(&self) -> Vec<[f64; D]> {
@@ -103,7 +120,7 @@ impl<const D: usize> WithSimd for NewtonRows<'_, D> {
             let rho = Lane::load(simd, &self.scaled.step[first..]);
             let shift = rho.like(self.shift.0) + rho.like(self.shift.1) / rho;
             let (x, u) = (load(simd, self.x, first), load(simd, self.u, first));
-            let (block, rhs) = newton_block(x, u, (rho, shift));
+            let (block, rhs) = newton_block(x, u, (rho, shift, self.scaled.least));
             store_block(block, self.blocks, first);
             store(rhs, self.rhs, first);
         }

@@ -20,12 +20,12 @@ pub struct Pair<const D: usize> {
     affine_x: Vec<[f64; D]>,
     affine_y: Vec<[f64; D]>,
     /// y - u - |y_T| e_1.
-    residual: Vec<[f64; D]>,
+    pub residual: Vec<[f64; D]>,
     /// d of the equations above.
-    pull: Vec<[f64; D]>,
+    pub pull: Vec<[f64; D]>,
     /// The scaling: w, then eta.
-    w: Vec<[f64; D]>,
-    eta: Vec<f64>,
+    pub w: Vec<[f64; D]>,
+    pub eta: Vec<f64>,
     /// Direction of slip.
     slip: Vec<[f64; D]>,
     /// Sums over contacts of x.y, x.dy + y.dx, dx.dy.
@@ -94,18 +94,20 @@ impl<const D: usize> Trial<D> {
     }
 }
 
-struct Prepare<'a, const D: usize>(&'a Scaled<D>, &'a mut Pair<D>, f64, &'a mut [[[f64; D]; D]]);
+struct Prepare<'a, const D: usize>(&'a Scaled<D>, &'a mut Pair<D>, (f64, f64), &'a mut [[[f64; D]; D]]);
 
 impl<const D: usize> WithSimd for Prepare<'_, D> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Prepare(scaled, pair, smoothing, blocks) = self;
+        let Prepare(scaled, pair, (smoothing, share), blocks) = self;
+        let share = Lane::all(simd, share);
         let smoothing = Lane::all(simd, smoothing);
         for first in (0..scaled.count()).step_by(S::F64_LANES) {
             let (x, y) = (load(simd, &pair.x, first), load(simd, &pair.y, first));
             let u = load(simd, &pair.u, first);
             let slip = slip_direction(y, smoothing);
+            let slip = lanes!(share; k => share * slip[k]);
             let length = smoothing.mul_add(smoothing, tangent_dot(y, y)).sqrt() - smoothing;
             let residual = lanes!(length; k => if k == 0 { y[0] - u[0] - length } else { y[k] - u[k] });
             let scaling = Scaling::of(x, y);
@@ -118,14 +120,14 @@ impl<const D: usize> WithSimd for Prepare<'_, D> {
     }
 }
 
-/// Scaling, residual, direction of slip and D = E G^2 of every contact.
+/// Scaling, residual, direction of slip and D = E G^2 of every contact, with a share of the slip in E.
 pub fn prepare<const D: usize>(
     scaled: &Scaled<D>,
     pair: &mut Pair<D>,
-    smoothing: f64,
+    (smoothing, share): (f64, f64),
     blocks: &mut [[[f64; D]; D]],
 ) {
-    Arch::new().dispatch(Prepare(scaled, pair, smoothing, blocks));
+    Arch::new().dispatch(Prepare(scaled, pair, (smoothing, share), blocks));
 }
 
 #[inline(always)]

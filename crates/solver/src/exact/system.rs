@@ -5,6 +5,7 @@
 use super::bodies::BodySpace;
 use super::groups::GroupSpace;
 use super::operator::{Matrix, Operator};
+use super::pivoted::Pivoted;
 use super::scaled::Scaled;
 use crate::linear::{Analysis, Factor};
 use std::sync::Arc;
@@ -20,6 +21,10 @@ pub struct System<const D: usize> {
     pub blocks: Vec<Block<D>>,
     /// Factorisations so far.
     pub factorisations: usize,
+    /// Refines solutions in contact space too.
+    pub careful: bool,
+    /// Residual of the last refined solution over its right-hand side.
+    pub left: f64,
     /// Right-hand side and correction of a refinement.
     given: Vec<[f64; D]>,
     correction: Vec<[f64; D]>,
@@ -30,6 +35,7 @@ enum Form<const D: usize> {
     Contacts(ContactSpace),
     Groups(GroupSpace<D>),
     Bodies(BodySpace<D>),
+    Pivoted(Pivoted<D>),
 }
 
 /// One node of the factorised graph per contact.
@@ -56,6 +62,11 @@ impl ContactSpace {
 /// A solution of a condensed system is corrected while its residual is above this share of the right-hand side.
 const REFINED: f64 = 1e-11;
 
+/// Contact space is no way out where its factorisation takes more multiply-adds.
+const DEAR: f64 = 5e9;
+/// A form whose refined solutions leave more than this share is given up.
+const LOST: f64 = 1e-6;
+
 impl<const D: usize> System<D> {
     /// The system of a scaled problem.
     pub fn of(scaled: &Scaled<D>) -> Self {
@@ -74,6 +85,8 @@ impl<const D: usize> System<D> {
             form,
             blocks: vec![[[0.0; D]; D]; n],
             factorisations: 0,
+            careful: false,
+            left: 0.0,
             given: vec![[0.0; D]; n],
             correction: vec![[0.0; D]; n],
         }
@@ -93,12 +106,25 @@ impl<const D: usize> System<D> {
             }
             Form::Groups(space) => space.factorize(&self.blocks),
             Form::Bodies(space) => space.factorize(&self.blocks),
+            Form::Pivoted(space) => space.factorize(&self.blocks),
+        }
+    }
+    /// The sign of the determinant of the factorised W~ + D, if that of D is positive (those of its condensed forms
+    /// differ from it by the determinants of D).
+    pub fn determinant_sign(&self) -> f64 {
+        match &self.form {
+            Form::Contacts(space) => space.factor.determinant_sign(&space.analysis),
+            Form::Groups(space) => space.determinant_sign(),
+            Form::Bodies(space) => space.determinant_sign(),
+            Form::Pivoted(space) => space.determinant_sign(),
         }
     }
     /// Replaces rhs by dx; false when it is not finite.
     pub fn solve(&mut self, scaled: &Scaled<D>, x: &mut [[f64; D]]) -> bool {
         let count = scaled.count();
-        if let Form::Contacts(space) = &mut self.form {
+        if let Form::Contacts(space) = &mut self.form
+            && !self.careful
+        {
             let used = &mut x[..count];
             space.factor.solve(&space.analysis, used.as_flattened_mut());
             return used.as_flattened().iter().all(|v| v.is_finite());
@@ -107,11 +133,24 @@ impl<const D: usize> System<D> {
         self.solve_once(x);
         let size = length(&self.given[..count]);
         let mut last = f64::INFINITY;
+        self.left = 0.0;
+        let mut first = None;
         // 1/D next to 1/D' a billion times smaller costs digits; the operator itself gives them back
         for _ in 0..3 {
             let mut correction = std::mem::take(&mut self.correction);
             self.residual(scaled, x, &mut correction);
             let left = length(&correction[..count]);
+            self.left = left / size;
+            let first = *first.get_or_insert(self.left);
+            if self.careful
+                && !(first <= 1e-9)
+                && matches!(self.form, Form::Contacts(_))
+                && self.fall_back(scaled)
+            {
+                self.correction = correction;
+                x[..count].copy_from_slice(&self.given[..count]);
+                return self.factorize() && self.solve(scaled, x);
+            }
             if left <= REFINED * size || !(left < 0.5 * last) {
                 self.correction = correction;
                 break;
@@ -123,13 +162,31 @@ impl<const D: usize> System<D> {
             }
             self.correction = correction;
         }
+        if !(self.left <= LOST) && self.fall_back(scaled) {
+            x[..count].copy_from_slice(&self.given[..count]);
+            return self.factorize() && self.solve(scaled, x);
+        }
         x[..count].as_flattened().iter().all(|v| v.is_finite())
+    }
+    /// Goes over to a form that loses fewer digits; false when there is none.
+    fn fall_back(&mut self, scaled: &Scaled<D>) -> bool {
+        let form = match &self.form {
+            Form::Contacts(space) => Pivoted::of(&space.matrix).map(Form::Pivoted),
+            Form::Groups(_) | Form::Bodies(_) => {
+                let matrix = scaled.operator.matrix(60 * scaled.count() + 1000);
+                let space = matrix.map(ContactSpace::of);
+                space.filter(|s| s.analysis.flops < DEAR as _).map(Form::Contacts)
+            }
+            Form::Pivoted(_) => None,
+        };
+        form.map(|form| self.form = form).is_some()
     }
     fn solve_once(&mut self, x: &mut [[f64; D]]) {
         match &mut self.form {
             Form::Contacts(space) => space.factor.solve(&space.analysis, x.as_flattened_mut()),
             Form::Groups(space) => space.solve(x),
             Form::Bodies(space) => space.solve(x),
+            Form::Pivoted(space) => space.solve(x),
         }
     }
     /// given - (W~ + D) x.

@@ -2,6 +2,7 @@
 
 use super::analysis::Analysis;
 use super::front::{Panel, Scratch, eliminate};
+use super::inverse::determinant_sign;
 use super::kernel::{SLACK, add_product, padded};
 use super::layout::Front;
 use pulp::{Arch, Simd, WithSimd};
@@ -51,6 +52,20 @@ impl Factor {
     /// Replaces a right-hand side by the solution.
     pub fn solve(&mut self, analysis: &Analysis, x: &mut [f64]) {
         Arch::new().dispatch(Solve(self, analysis, x));
+    }
+
+    /// 1 or -1: the sign of the determinant of the factorised matrix.
+    pub fn determinant_sign(&self, analysis: &Analysis) -> f64 {
+        let mut sign = 1.0;
+        for front in &analysis.fronts {
+            let mut at = 0;
+            for &(k, _) in front.chunks.of(&analysis.lists.chunks) {
+                let chunk = &self.panels[front.panel + at * front.pivots + at..];
+                sign *= determinant_sign(chunk, k as usize, front.pivots);
+                at += k as usize;
+            }
+        }
+        sign
     }
 
     fn fit(&mut self, analysis: &Analysis) {

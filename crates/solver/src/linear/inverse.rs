@@ -180,3 +180,26 @@ fn invert_small(a: &mut [f64], k: usize) -> bool {
     }
     true
 }
+
+/// The sign of the determinant of a k x k matrix whose lines lie `stride` apart; the inverse has the same.
+pub fn determinant_sign(a: &[f64], k: usize, stride: usize) -> f64 {
+    let mut lines: Vec<Vec<f64>> = a.chunks(stride).take(k).map(|line| line[..k].to_vec()).collect();
+    let mut sign = 1.0;
+    for c in 0..k {
+        let best = (c..k).fold(c, |b, r| if lines[r][c].abs() > lines[b][c].abs() { r } else { b });
+        if best != c {
+            lines.swap(best, c);
+            sign = -sign;
+        }
+        let (above, below) = lines.split_at_mut(c + 1);
+        let own = &above[c];
+        if own[c] < 0.0 {
+            sign = -sign;
+        }
+        for line in below {
+            let factor = line[c] / own[c];
+            line[c..].iter_mut().zip(&own[c..]).for_each(|(x, o)| *x -= factor * o);
+        }
+    }
+    sign
+}
