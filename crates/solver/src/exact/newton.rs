@@ -108,6 +108,14 @@ const PATIENCE: usize = 5;
 /// have found what slips and what sticks, one where they have not. As long as the natural map falls the steps are
 /// plain; once it does not, they are shifted by the error (Levenberg and Marquardt), over rises too.
 pub fn descend<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]]) -> StageEnd {
+    // a matrix that is nearly singular here says nothing of those of the interior point
+    solve.system.falls_back = false;
+    let end = steps_down(solve, start);
+    solve.system.falls_back = true;
+    end
+}
+
+fn steps_down<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]]) -> StageEnd {
     let mut at = Iteration::new(solve, start);
     let first = solve.best_errors.worst();
     let mut best = first;

@@ -23,6 +23,8 @@ pub struct System<const D: usize> {
     pub factorisations: usize,
     /// Refines solutions in contact space too.
     pub careful: bool,
+    /// Goes over to a form that loses fewer digits where this one loses too many.
+    pub falls_back: bool,
     /// Residual of the last refined solution over its right-hand side.
     pub left: f64,
     /// Right-hand side and correction of a refinement.
@@ -86,6 +88,7 @@ impl<const D: usize> System<D> {
             blocks: vec![[[0.0; D]; D]; n],
             factorisations: 0,
             careful: false,
+            falls_back: true,
             left: 0.0,
             given: vec![[0.0; D]; n],
             correction: vec![[0.0; D]; n],
@@ -162,9 +165,14 @@ impl<const D: usize> System<D> {
             }
             self.correction = correction;
         }
-        if !(self.left <= LOST) && self.fall_back(scaled) {
-            x[..count].copy_from_slice(&self.given[..count]);
-            return self.factorize() && self.solve(scaled, x);
+        if !(self.left <= LOST) {
+            if !self.falls_back {
+                return false;
+            }
+            if self.fall_back(scaled) {
+                x[..count].copy_from_slice(&self.given[..count]);
+                return self.factorize() && self.solve(scaled, x);
+            }
         }
         x[..count].as_flattened().iter().all(|v| v.is_finite())
     }
