@@ -125,7 +125,13 @@ class _Problem:
     def residual(self, impulse: _Numbers, law: str | None) -> _Residual: ...
     def certificate(self, impulse: _Numbers, law: str | None, body: int | None) -> str | None: ...
     def solve(
-        self, solver: str, iterations: int, tolerance: float, law: str | None, start: _Numbers | None
+        self,
+        solver: str,
+        budget: tuple[int, int],
+        tolerance: float,
+        impulses: str,
+        law: str | None,
+        start: _Numbers | None,
     ) -> dict[str, Any]: ...
 
 @final
@@ -150,6 +156,7 @@ class FrictionProblem:
         tolerance: float,
         iterations: int,
         factorisations: int,
+        impulses: str,
         start: _Floats | None,
         tell: Callable[[str, int, float], bool | None] | None,
     ) -> dict[str, Any]: ...

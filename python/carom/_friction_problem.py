@@ -223,6 +223,7 @@ class FrictionProblem:
         *,
         iterations: int = 100_000,
         factorisations: int = 2000,
+        impulses: str = "any",
         start: npt.ArrayLike | None = None,
         tell: Tell | None = None,
     ) -> FrictionSolution:
@@ -234,6 +235,8 @@ class FrictionProblem:
         tolerance : solved means `FrictionMeasure.solves` of it [1]
         iterations : most sweeps or first-order iterations to spend [1]
         factorisations : most factorisations to spend, by solvers that factorise [1]
+        impulses : "any" of those that solve the problem, or those of "minimum_norm" [N s], found by "exact" where
+            W is symmetric
         start : (k, d) or (n,) impulses to start from [N s]; zeros when absent
         tell : called about every 50 ms with stage, iterations and residual; False stops the solve, which then
             gives its best
@@ -259,7 +262,7 @@ class FrictionProblem:
                 raise refused(None, label, "must be >= 0", most, "give the most to spend")
             budgets.append(most)
         flat = None if start is None else self.flat(start, "start")
-        found = self._native.solve(solver, limit, budgets[0], budgets[1], flat, tell)
+        found = self._native.solve(solver, limit, *budgets, str(impulses), flat, tell)
         error, solution = found.pop("error"), self._solution(solver, found)
         if error is not None:
             error.best = solution

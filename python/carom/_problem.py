@@ -59,8 +59,9 @@ class Solution:
         its frame: in space about the normal, then the tangents [N m s] (theory eqs. 3.24 to 3.26)
     velocity : (n, 3|6) float64 array after the impulses, linear then angular [m/s], [rad/s]
     residual, relative_residual, worst : see `Residual`
-    iterations : spent [1]
-    status : "converged", "out_of_iterations" or "refused"
+    iterations : spent, factorisations among them [1]
+    factorisations : spent, by solvers with a budget of them [1]
+    status : "converged", "out_of_iterations", "out_of_factorisations" or "refused"
     reason : why the method refused, else None; the impulses are then those it started from
     islands : `carom.IslandReport` of each island where anything pressed, from solvers that go by island;
         bodies that have no names are told by their rows
@@ -74,6 +75,7 @@ class Solution:
     relative_residual: float
     worst: tuple[str, int] | None
     iterations: int
+    factorisations: int
     status: str
     reason: str | None
     islands: tuple[IslandReport, ...] = ()
@@ -249,6 +251,8 @@ class ContactProblem:
         *,
         iterations: int = 100,
         tolerance: float = 1e-6,
+        factorisations: int = 2000,
+        impulses: str = "any",
         friction_law: str | None = None,
         start: npt.ArrayLike | None = None,
     ) -> Solution:
@@ -259,6 +263,9 @@ class ContactProblem:
         solver : one of `carom.SOLVERS`
         iterations : most to spend [1]
         tolerance : residual at which to stop [m/s]; 0 spends all iterations
+        factorisations : most to spend, by solvers that factorise [1]
+        impulses : "any" of those that solve the problem, or those of "minimum_norm" [N s], which depend neither
+            on the order of contacts nor on the start; found by "exact" and "auto"
         friction_law : "disc" or "box"; the problem's own when absent
         start : impulses to start from, as `Solution.impulse` (with rows: flat, in scalar order) [N s]
 
@@ -279,8 +286,11 @@ class ContactProblem:
         if most < 1 or not limit >= 0:
             field, value = ("iterations", most) if most < 1 else ("tolerance", limit)
             raise refused(None, field, "must be >= 1" if most < 1 else "must be >= 0", value, "see its unit")
+        factors = whole(factorisations, "factorisations", "give the most factorisations to spend")
+        if factors < 0:
+            raise refused(None, "factorisations", "must be >= 0", factors, "give the most to spend")
         flat = None if start is None else self._flat(start, "start")
-        found = self._native.solve(str(solver), most, limit, friction_law, flat)
+        found = self._native.solve(str(solver), (most, factors), limit, str(impulses), friction_law, flat)
         split = self.n_contacts * self._space.dimension
         moments = split + self._native.counts()[2]
         residual = Residual(*found["residual"])
@@ -294,6 +304,7 @@ class ContactProblem:
             relative_residual=residual.relative,
             worst=residual.worst,
             iterations=found["iterations"],
+            factorisations=found["factorisations"],
             status=found["status"],
             reason=found["reason"],
             islands=tuple(self._island(fields) for fields in found["islands"]),

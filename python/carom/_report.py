@@ -25,7 +25,7 @@ class StageReport(NamedTuple):
     ----------
     solver, iterations : its name; spent [1]
     residual : of what it found [m/s]; of what it was given where it refused
-    stop_reason : "converged", "out_of_iterations", "refused" or "interrupted"
+    stop_reason : "converged", "out_of_iterations", "out_of_factorisations", "refused" or "interrupted"
     refusal : why it refused, or None
     """
 
@@ -103,7 +103,8 @@ class StepReport(_StepFields):
     step, time, dt : number of the step from 1, time after it [s], its length [s]
     residual, relative_residual : worst of the step's solves [m/s], [1]
     worst_contact : names of the two bodies where it is worst, or None
-    iterations, stop_reason : of all solves together; "converged" or "out_of_iterations"
+    iterations, stop_reason : of all solves together; "converged", "out_of_iterations" or
+        "out_of_factorisations"
     contacts : found at the step's start, those about to close included
     deepest_gap, deepest_contact : smallest gap at the step's start [m], negative for overlap, and its bodies
     impact_residual : of the impacts alone [m/s]

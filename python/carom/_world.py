@@ -63,6 +63,13 @@ class World(Judged):
     )
     iterations: Setting[int] = Setting("Most iterations per solve [1].")
     tolerance: Setting[float] = Setting("Residual at which a solve stops [m/s]; 0 spends all iterations.")
+    factorisations: Setting[int] = Setting(
+        "Most factorisations per solve [1], read by solvers that factorise; 2000 unless said."
+    )
+    impulses: Setting[str] = Setting(
+        'Which of several impulses that solve: "any" (default) or "minimum_norm", the least in N s, which depend '
+        'neither on the steps before nor on the order of contacts; found by the solvers "exact" and "auto".'
+    )
     on_inaccurate: Setting[str] = Setting(
         'What happens to a solve above the tolerance: "ignore", "warn" (default; once per run), "raise" (the '
         'step is not taken) or "escalate" (its islands go on to stronger solvers).'

@@ -3,8 +3,8 @@
 
 use crate::harness::*;
 use carom::{
-    BodySpec, Column, MassProperties, Planar, PlanarShape, Rotation, Settings, Spatial, SpatialShape, World,
-    vec2, vec3,
+    BodySpec, Column, MassProperties, Planar, PlanarShape, Rotation, Settings, SolverKind, Spatial,
+    SpatialShape, World, vec2, vec3,
 };
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,6 +13,7 @@ in_plane_and_space!(
     a_pivoted_rod_arrives_with_the_speed_of_its_energy,
     a_ball_rolls_in_a_bowl_with_the_period_of_its_roundness,
     a_tower_of_planks_stands,
+    a_tower_of_planks_stands_with_exact,
 );
 
 /// A rod of length and mass 1 whose lower end, a small ball at the world's origin, touches the floor; leaning by an
@@ -118,7 +119,16 @@ pub fn a_ball_rolls_in_a_bowl_with_the_period_of_its_roundness<S: Trough>() {
 
 /// Case C30: three storeys, each of two uprights and a lintel; 600 s in the plane, 60 s in space.
 pub fn a_tower_of_planks_stands<S: Dimension>() {
-    let mut w = world::<S>(Settings { dt: 1.0 / 60.0, iterations: 1000, ..Settings::default() });
+    tower_stands::<S>(SolverKind::Pgs);
+}
+
+/// Case C30 with `exact`.
+pub fn a_tower_of_planks_stands_with_exact<S: Dimension>() {
+    tower_stands::<S>(SolverKind::Exact);
+}
+
+fn tower_stands<S: Dimension>(solver: SolverKind) {
+    let mut w = world::<S>(Settings { dt: 1.0 / 60.0, iterations: 1000, solver, ..Settings::default() });
     add_floor(&mut w, 0.5, 0.0);
     let mut top = 0.0;
     for storey in 0..3 {

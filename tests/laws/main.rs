@@ -9,6 +9,7 @@ mod accuracy;
 mod bodies;
 mod constraints;
 mod determinism;
+mod directions;
 mod failures;
 mod friction;
 mod impacts;

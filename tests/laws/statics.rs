@@ -3,18 +3,24 @@
 
 use crate::harness::*;
 use carom::{
-    BodySpec, Column, MassProperties, Planar, PlanarShape, Settings, SolverKind, Space, Spatial,
-    SpatialShape, Sym3, World, vec2, vec3,
+    BodySpec, Column, ImpulseChoice, MassProperties, Planar, PlanarShape, Settings, SolverKind, Space,
+    Spatial, SpatialShape, Stop, Sym3, World, vec2, vec3,
 };
 use std::f64::consts::FRAC_PI_4;
 
 in_plane_and_space!(
     each_interface_of_a_stack_carries_the_weight_above_it,
     a_column_of_balls_carries_its_weight_at_any_mass_ratio,
+    each_interface_carries_the_weight_above_it_with_exact,
     a_ball_in_a_right_angled_groove_presses_with_its_weight_over_root_two,
     a_box_on_a_slope_tips_when_the_slope_exceeds_its_width_over_its_height,
     four_bricks_overhang_to_just_under_their_limit,
 );
+
+/// Each case with the default solver and with `exact`.
+fn solvers<T: Copy>(cases: [T; 2]) -> impl Iterator<Item = (T, SolverKind)> {
+    cases.into_iter().flat_map(|case| [(case, SolverKind::Pgs), (case, SolverKind::Exact)])
+}
 
 /// Ten unit blocks on the floor; the top one has `ratio` times the mass of the others.
 fn stack<S: Dimension>(settings: Settings<S>, ratio: f64, friction: f64) -> World<S> {
@@ -81,10 +87,107 @@ pub fn a_column_of_balls_carries_its_weight_at_any_mass_ratio<S: Dimension>() {
     }
 }
 
+/// Case C24 with `exact`, with and without friction, at mass ratios 1:1e3 and 1:1e6.
+pub fn each_interface_carries_the_weight_above_it_with_exact<S: Dimension>() {
+    for friction in [0.0, 0.5] {
+        for ratio in [1.0, 1e3, 1e6] {
+            let solver = SolverKind::Exact;
+            let settings = Settings { solver, tolerance: 1e-13, ..exact(1.0 / 60.0) };
+            let mut w = stack::<S>(settings, ratio, friction);
+            step(&mut w);
+            // a block's speed is known to 2 EPSILON of what a block `ratio` as heavy presses it with, in each of ten levels
+            let bound = 1e-10_f64.max(20.0 * f64::EPSILON * ratio);
+            at_most(
+                worst_interface(&w, ratio),
+                bound,
+                &format!("C24 of exact, 1:{ratio:e}, mu {friction} [1]"),
+            );
+        }
+    }
+}
+
+/// A table of mass 1 whose load acts at (.3, .1), on four legs at the corners of a square of side 2, and the floor.
+fn table(solver: SolverKind, impulses: ImpulseChoice) -> World<Spatial> {
+    let mut w = world::<Spatial>(Settings { solver, impulses, tolerance: 1e-13, ..exact(1.0 / 60.0) });
+    add_floor(&mut w, 0.3, 0.0);
+    let inertia = Sym3::diag(0.5, 0.5, 0.8);
+    let load = MassProperties { mass: 1.0, center: vec3(0.3, 0.1, 0.0), inertia, error: 0.0 };
+    let table = BodySpec::given(Some(SpatialShape::Box { size: [2.0, 2.0, 0.2] }), load);
+    add(&mut w, "table", table.with_origin_at(vec3(0.0, 0.0, 0.1)).friction(0.3));
+    w
+}
+
+/// The vertical forces on the table's corners (+ +), (- +), (- -), (+ -) in shares of its weight.
+fn shares(w: &World<Spatial>) -> [f64; 4] {
+    let (problem, impulses, _) = w.last_problem();
+    let mut shares = [0.0; 4];
+    for (c, g) in problem.contacts.iter().zip(&impulses.contacts) {
+        let arm = if c.a == 1 { c.arm_a } else { c.arm_b };
+        let corner = match (arm[0] + 0.3 > 0.0, arm[1] + 0.1 > 0.0) {
+            (true, true) => 0,
+            (false, true) => 1,
+            (false, false) => 2,
+            (true, false) => 3,
+        };
+        shares[corner] += g.normal / w.settings().dt / G;
+    }
+    shares
+}
+
+/// Case C25: the least forces on four legs are .35, .2, .15 and .3 of the weight, in the first step as in later ones,
+/// whatever the steps before left as a warm start.
+#[test]
+fn the_least_forces_on_the_legs_of_a_table_need_no_history() {
+    for solver in [SolverKind::Exact, SolverKind::Auto] {
+        let mut w = table(solver, ImpulseChoice::MinimumNorm);
+        for k in 0..3 {
+            step(&mut w);
+            for (got, wanted) in shares(&w).into_iter().zip([0.35, 0.2, 0.15, 0.3]) {
+                close(got, wanted, 1e-12, &format!("C25 share of {} in step {k} [1]", solver.name()));
+            }
+        }
+        // a history of other forces: another solver's
+        let mut w = table(SolverKind::Pgs, ImpulseChoice::Any);
+        step(&mut w);
+        let settings = w.settings().clone();
+        w.set_settings(Settings { solver, impulses: ImpulseChoice::MinimumNorm, ..settings })
+            .expect("possible");
+        step(&mut w);
+        for (got, wanted) in shares(&w).into_iter().zip([0.35, 0.2, 0.15, 0.3]) {
+            close(got, wanted, 1e-12, &format!("C25 share of {} after pgs [1]", solver.name()));
+        }
+    }
+}
+
+/// Asking a solver for what it does not look for ends the step with words, and the world stays.
+#[test]
+fn a_solver_asked_for_the_least_forces_that_it_does_not_find_refuses_the_step() {
+    let mut w = table(SolverKind::Pgs, ImpulseChoice::MinimumNorm);
+    let before = bits(&w);
+    let error = w.step(1.0 / 60.0).expect_err("pgs finds any impulses").to_string();
+    assert!(error.contains("minimum_norm") && error.contains("exact"), "{error}");
+    assert_eq!(before, bits(&w));
+}
+
+/// A budget of factorisations that is spent ends the step with what was found, and the report says so.
+#[test]
+fn a_spent_budget_of_factorisations_is_told() {
+    let settings =
+        Settings { solver: SolverKind::Exact, factorisations: 2, warm_start: false, ..exact(1.0 / 60.0) };
+    let mut w = stack::<Spatial>(settings.clone(), 1e3, 0.5);
+    let report = step(&mut w);
+    let solve = report.contact_solve.as_ref().expect("it rests");
+    assert_eq!(solve.stop, Stop::OutOfFactorisations);
+    let told = w.explain(&report).text();
+    assert!(told.contains("factorisations"), "{told}");
+    let mut w = stack::<Spatial>(Settings { factorisations: 200, ..settings }, 1e3, 0.5);
+    assert!(step(&mut w).converged());
+}
+
 /// Case C25: a table on four legs with its load off the centre. Single forces are not unique; the wrench is.
 #[test]
 fn the_legs_of_a_table_carry_its_weight_and_its_moments() {
-    for solver in [SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Lemke] {
+    for solver in [SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Lemke, SolverKind::Exact] {
         let mut w = world::<Spatial>(Settings { solver, tolerance: 1e-13, ..exact(1.0 / 60.0) });
         add_floor(&mut w, 0.0, 0.0);
         let load = MassProperties {
@@ -116,8 +219,8 @@ fn the_legs_of_a_table_carry_its_weight_and_its_moments() {
 
 /// Case C26: N = m g/sqrt 2 on both sides of a 90 degree groove.
 pub fn a_ball_in_a_right_angled_groove_presses_with_its_weight_over_root_two<S: Dimension>() {
-    for friction in [0.0, 0.3] {
-        let mut w = world::<S>(exact(1.0 / 60.0));
+    for (friction, solver) in solvers([0.0, 0.3]) {
+        let mut w = world::<S>(Settings { solver, ..exact(1.0 / 60.0) });
         for (name, side) in [("left", 1.0), ("right", -1.0)] {
             let normal = S::at(side * FRAC_PI_4.sin(), FRAC_PI_4.cos());
             add(&mut w, name, BodySpec::fixed(S::wall(normal)).friction(friction));
@@ -138,8 +241,8 @@ fn an_a_frame_of_cards_stands_iff_friction_exceeds_half_the_tangent() {
     let (length, radius, lean) = (1.0, 1e-3, 0.4_f64);
     let limit = 0.5 * length * lean.sin() / (radius + length * lean.cos());
     close(limit, 0.5 * lean.tan(), 1e-3, "C27 limit of round cards against tan(th)/2");
-    for (mu, stands) in [(1.02 * limit, true), (0.98 * limit, false)] {
-        let mut w = world::<Planar>(exact(1.0 / 240.0));
+    for ((mu, stands), solver) in solvers([(1.02 * limit, true), (0.98 * limit, false)]) {
+        let mut w = world::<Planar>(Settings { solver, ..exact(1.0 / 240.0) });
         add_floor(&mut w, mu, 0.0);
         for side in [-1.0, 1.0] {
             let top = vec2(side * radius, radius + length * lean.cos());
@@ -161,8 +264,8 @@ fn an_a_frame_of_cards_stands_iff_friction_exceeds_half_the_tangent() {
 
 /// Case C28: four bricks overhang 25/24 L: 0.99 of it stands, 1.01 falls.
 pub fn four_bricks_overhang_to_just_under_their_limit<S: Dimension>() {
-    for (share, stands) in [(0.99, true), (1.01, false)] {
-        let mut w = world::<S>(exact(1.0 / 120.0));
+    for ((share, stands), solver) in solvers([(0.99, true), (1.01, false)]) {
+        let mut w = world::<S>(Settings { solver, ..exact(1.0 / 120.0) });
         // the table's edge is at the origin
         add(&mut w, "table", BodySpec::fixed(S::block(4.0, 1.0)).at(S::at(-2.0, -0.5)).friction(0.8));
         let mut place = -0.5;
@@ -191,9 +294,9 @@ pub fn four_bricks_overhang_to_just_under_their_limit<S: Dimension>() {
 /// Case C29: with friction enough to hold it, a box tips iff tan > w/h.
 pub fn a_box_on_a_slope_tips_when_the_slope_exceeds_its_width_over_its_height<S: Dimension>() {
     let (width, tall) = (0.4_f64, 1.0_f64);
-    for (share, tips) in [(0.98, false), (1.02, true)] {
+    for ((share, tips), solver) in solvers([(0.98, false), (1.02, true)]) {
         let angle = (share * width / tall).atan();
-        let mut w = world::<S>(exact(1.0 / 240.0));
+        let mut w = world::<S>(Settings { solver, ..exact(1.0 / 240.0) });
         let normal = S::at(angle.sin(), angle.cos());
         add(&mut w, "slope", BodySpec::fixed(S::wall(normal)).friction(2.0));
         let body = BodySpec::heavy(S::block(width, tall), 3.0)

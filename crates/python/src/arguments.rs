@@ -1,7 +1,9 @@
 //! What Python says of a body, as the specification that the engine checks.
 
 use crate::{arrays, errors};
-use carom::{BodyKind, BodySpec, Column, Geometry, Inertia, MassProperties, MassSource, Rotation};
+use carom::{
+    BodyKind, BodySpec, Column, Geometry, ImpulseChoice, Inertia, MassProperties, MassSource, Rotation,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -113,4 +115,15 @@ pub fn kind_name(kind: BodyKind) -> &'static str {
 /// Numbers of a rotation as stored.
 pub fn plain_rotation<S: Geometry>(rotation: &S::Rotation) -> Vec<f64> {
     rotation.as_slice().to_vec()
+}
+
+/// Which impulses to return, by name.
+///
+/// # Errors
+/// `BuildError` for an unknown name.
+pub fn impulse_choice(py: Python<'_>, name: &str) -> PyResult<ImpulseChoice> {
+    name.parse().map_err(|_| {
+        let problem = format!("must be 'any' or 'minimum_norm', got {name:?}");
+        errors::argument(py, "impulses", &problem, "choose 'any' or 'minimum_norm'")
+    })
 }

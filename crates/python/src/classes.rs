@@ -286,16 +286,20 @@ macro_rules! stamp {
             ) -> PyResult<Option<String>> {
                 self.inner.certificate(py, &impulse, law, body)
             }
+            #[expect(clippy::too_many_arguments, reason = "keywords of one Python method")]
             fn solve<'py>(
                 &self,
                 py: Python<'py>,
                 solver: &str,
-                iterations: usize,
+                budget: (usize, usize),
                 tolerance: f64,
+                impulses: &str,
                 law: Option<&str>,
                 start: Option<Vec<f64>>,
             ) -> PyResult<Bound<'py, PyDict>> {
-                let settings = SolveSettings { iterations, tolerance, ..SolveSettings::default() };
+                let (iterations, factorisations) = budget;
+                let impulses = crate::arguments::impulse_choice(py, impulses)?;
+                let settings = SolveSettings { iterations, tolerance, factorisations, impulses };
                 self.inner.solve(py, solver, settings, law, start.as_deref())
             }
         }

@@ -94,7 +94,7 @@ impl PyFrictionProblem {
         plain_measure(py, &found)
     }
 
-    #[pyo3(signature = (solver, tolerance, iterations, factorisations, start, tell))]
+    #[pyo3(signature = (solver, tolerance, iterations, factorisations, impulses, start, tell))]
     #[expect(clippy::too_many_arguments, reason = "keywords of one Python method")]
     fn solve<'py>(
         &self,
@@ -103,6 +103,7 @@ impl PyFrictionProblem {
         tolerance: f64,
         iterations: usize,
         factorisations: usize,
+        impulses: &str,
         start: Option<PyReadonlyArray1<'py, f64>>,
         tell: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
@@ -110,11 +111,12 @@ impl PyFrictionProblem {
             let problem = format!("must be one of {}, got {solver:?}", solver_names().join(", "));
             return Err(errors::argument(py, "solver", &problem, "choose one of them"));
         }
+        let choice = crate::arguments::impulse_choice(py, impulses)?;
         let mut impulses = match start {
             Some(flat) => self.impulses(py, "start", &flat)?,
             None => vec![0.0; self.inner.velocity.len()],
         };
-        let settings = FrictionSettings { tolerance, iterations, factorisations };
+        let settings = FrictionSettings { tolerance, iterations, factorisations, impulses: choice };
         let mut lookout = Lookout::stoppable(tell);
         let outcome = py.detach(|| {
             let mut method = make(solver).expect("a name of the list has a solver");

@@ -6,7 +6,6 @@ use crate::step::{PlainStage, plain_stages};
 use carom::solver::{Csr, Entry, Residual, delassus, file, residual};
 use carom::{
     Certificate, ContactProblem, FrictionLaw, Geometry, Impulses, IslandReport, SolveSettings, SolverKind,
-    Stop,
 };
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -173,19 +172,14 @@ impl<S: Geometry> Problem<S> {
         if let Some(raised) = lookout.take() {
             return Err(raised);
         }
-        let (status, reason) = match &outcome.stop {
-            Stop::Converged => ("converged", None),
-            Stop::OutOfIterations => ("out_of_iterations", None),
-            Stop::Refused(reason) => ("refused", Some(reason.as_str())),
-            Stop::Interrupted => ("interrupted", None),
-        };
         let dict = PyDict::new(py);
         dict.set_item("impulse", PyArray1::from_vec(py, impulses.flat()))?;
         dict.set_item("velocity", twists::<S>(py, &velocities)?)?;
         dict.set_item("residual", plain_residual(&outcome.residual))?;
         dict.set_item("iterations", outcome.iterations)?;
-        dict.set_item("status", status)?;
-        dict.set_item("reason", reason)?;
+        dict.set_item("factorisations", outcome.factorisations)?;
+        dict.set_item("status", outcome.stop.name())?;
+        dict.set_item("reason", outcome.stop.reason())?;
         let islands: Vec<PlainIsland> =
             outcome.islands.iter().map(|island| plain_island(&problem, island, settings.tolerance)).collect();
         dict.set_item("islands", islands)?;

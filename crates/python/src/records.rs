@@ -154,13 +154,13 @@ pub fn step_fields<S: Space>() -> Vec<Field> {
 }
 
 /// Why the solvers of a step stopped: codes of its `stop`.
-pub const STOPS: [&str; 2] = ["converged", "out_of_iterations"];
+pub const STOPS: [&str; 3] = ["converged", "out_of_iterations", "out_of_factorisations"];
 
-/// The code of a step: 0 when every solve reached its tolerance. A refused solve makes no report.
+/// The code of a step: the largest of its solves. A refused solve makes no report.
 pub fn stop_code<S: Space>(report: &StepReport<S>) -> u8 {
-    let out =
-        report.contact_solve.iter().chain(&report.impact_solve).any(|s| s.stop == Stop::OutOfIterations);
-    u8::from(out)
+    let solves = report.contact_solve.iter().chain(&report.impact_solve);
+    let code = |stop: &Stop| STOPS.iter().position(|name| *name == stop.name()).unwrap_or(0) as u8;
+    solves.map(|s| code(&s.stop)).max().unwrap_or(0)
 }
 
 /// Residual of the step's impacts \[m/s\], 0 without any.

@@ -7,7 +7,7 @@ use crate::problem::Problem;
 use crate::records::{self, Records};
 use crate::shared::Core;
 use carom::{
-    BuildError, Column, Explanation, Geometry, IslandReport, Phase, StepReport, Stop, World, solver::Entry,
+    BuildError, Column, Explanation, Geometry, IslandReport, Phase, StepReport, World, solver::Entry,
 };
 use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
@@ -57,13 +57,8 @@ fn plain_island<S: Geometry>(world: &World<S>, island: &IslandReport, phase: Pha
 /// The stages of an island in plain values.
 pub fn plain_stages(island: &IslandReport) -> Vec<PlainStage> {
     let plain = |s: &carom::StageReport| {
-        let (stop, reason) = match &s.stop {
-            Stop::Converged => ("converged", None),
-            Stop::OutOfIterations => ("out_of_iterations", None),
-            Stop::Refused(reason) => ("refused", Some(reason.clone())),
-            Stop::Interrupted => ("interrupted", None),
-        };
-        (s.solver.name(), s.iterations, s.residual, stop, reason)
+        let reason = s.stop.reason().map(String::from);
+        (s.solver.name(), s.iterations, s.residual, s.stop.name(), reason)
     };
     island.stages.iter().map(plain).collect()
 }

@@ -22,6 +22,26 @@ pub enum Stop {
     Interrupted,
 }
 
+impl Stop {
+    /// The name as users read it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Stop::Converged => "converged",
+            Stop::OutOfIterations => "out_of_iterations",
+            Stop::OutOfFactorisations => "out_of_factorisations",
+            Stop::Refused(_) => "refused",
+            Stop::Interrupted => "interrupted",
+        }
+    }
+    /// Why a solver refused.
+    pub fn reason(&self) -> Option<&str> {
+        match self {
+            Stop::Refused(reason) => Some(reason),
+            _ => None,
+        }
+    }
+}
+
 /// One solver's work on one island.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StageReport {

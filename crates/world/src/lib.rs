@@ -32,8 +32,9 @@ pub use carom_math::{
     Vec1, Vec2, Vec3, vec1, vec2, vec3,
 };
 pub use carom_solver::{
-    self as solver, Certificate, Contact, ContactProblem, FrictionLaw, ImpulseSolver, Impulses, IslandReport,
-    Outcome, Progress, SolveSettings, SolverKind, StageReport, Stop, Twist, Watch, unwatched,
+    self as solver, Certificate, Contact, ContactProblem, FrictionLaw, ImpulseChoice, ImpulseSolver,
+    Impulses, IslandReport, Outcome, Progress, SolveSettings, SolverKind, StageReport, Stop, Twist, Watch,
+    unwatched,
 };
 pub use error::{BuildError, StepError};
 pub use force::{ForceField, Wrench};

@@ -50,6 +50,12 @@ class SettingsCommon(Strict):
         default=None,
         description="Residual at which the solver stops [m/s]; 1e-6 when absent, 0 spends all iterations.",
     )
+    factorisations: Annotated[int, Field(strict=True, ge=0)] | None = Field(
+        default=None, description="Most factorisations of the solver in a step [1]; 2000 when absent."
+    )
+    impulses: Literal["any", "minimum_norm"] | None = Field(
+        default=None, description='Which of several impulses that solve a step; "any" when absent.'
+    )
     on_inaccurate: OnInaccurate | None = Field(
         default=None, description='What happens to a solve above the tolerance; "warn" when absent.'
     )

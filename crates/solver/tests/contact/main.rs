@@ -6,6 +6,7 @@
 mod common;
 
 mod bodies;
+mod budget;
 mod census;
 mod certified;
 mod directions;

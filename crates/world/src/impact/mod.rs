@@ -15,7 +15,7 @@ use crate::observe::report::SolveReport;
 use crate::settings::{ImpactLaw, Settings};
 use carom_geometry::Geometry;
 use carom_solver::{
-    ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, Partition, SolveSettings, Stop, Twist, Watch,
+    ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, Partition, Stop, Twist, Watch,
 };
 
 /// Rounds of impacts within a step; a blow that runs through more bodies goes on in the next step.

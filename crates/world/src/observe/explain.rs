@@ -200,6 +200,13 @@ impl<S: Geometry> Scene<'_, S> {
         if !further.is_empty() {
             let text = format!("the worst island went further because {further}");
             told.add(Topic::Iterations, spent as f64, Vec::new(), text, "");
+        } else if solve.stop == Stop::OutOfFactorisations {
+            let most = self.settings.factorisations;
+            let text = format!(
+                "the budget of {most} factorisations per solve was spent; the best of all stages is kept"
+            );
+            let remedy = format!("set factorisations above {most}");
+            told.add(Topic::Iterations, most as f64, Vec::new(), text, remedy);
         } else if spent >= budget {
             let text = format!("{spent} iterations were spent, of a budget of {budget} per solve");
             told.add(

@@ -1,0 +1,66 @@
+//! A budget of factorisations ends the solve where it ends, with the best that was seen and a stop that says so.
+
+use crate::common::*;
+use crate::scenes::*;
+use carom_math::Space;
+use carom_solver::{ImpulseChoice, Impulses, SolveSettings, SolverKind, Stop, residual};
+
+/// The residual is within this factor of the measure that the solver keeps its best by.
+const FACTOR: f64 = 3.0;
+
+/// More factorisations give no worse an answer: the best of all stages is kept, the start among them.
+fn a_spent_budget_gives_the_best_so_far_and_says_so<S: Space>() {
+    for impulses in [ImpulseChoice::Any, ImpulseChoice::MinimumNorm] {
+        let problem = wall::<S>(5, 6, 0.5);
+        let given = residual(&problem, &Impulses::zero(&problem)).absolute;
+        let (mut last, mut spent) = (given, 0);
+        for factorisations in 0..60 {
+            let settings =
+                SolveSettings { tolerance: 1e-10, factorisations, impulses, ..SolveSettings::default() };
+            for kind in [SolverKind::Exact, SolverKind::Auto] {
+                let mut found = Impulses::zero(&problem);
+                let outcome = kind.make().solve(&problem, &settings, &mut found);
+                let what = format!("{} with {factorisations}, {outcome:?}", kind.name());
+                assert!(outcome.factorisations <= factorisations, "{what}");
+                assert_eq!(outcome.residual.absolute, residual(&problem, &found).absolute, "{what}");
+                assert!(outcome.residual.absolute <= given, "worse than nothing: {what}");
+                if kind == SolverKind::Exact && impulses == ImpulseChoice::Any {
+                    assert!(outcome.residual.absolute <= FACTOR * last, "worse than with less: {what}");
+                    last = last.min(outcome.residual.absolute);
+                }
+                match outcome.stop {
+                    Stop::OutOfFactorisations => {
+                        assert!(outcome.residual.absolute > settings.tolerance, "{what}");
+                        spent += 1;
+                    }
+                    Stop::Converged => assert!(outcome.residual.absolute <= settings.tolerance, "{what}"),
+                    // solved, and nothing left to look for the least impulses with
+                    Stop::OutOfIterations => assert_eq!(impulses, ImpulseChoice::MinimumNorm, "{what}"),
+                    _ => panic!("{what}"),
+                }
+            }
+        }
+        assert!(spent > 10, "only {spent} budgets were too small to test anything");
+    }
+}
+
+/// A good start is not lost to a budget that ends in a worse place.
+fn a_start_better_than_what_a_budget_reaches_is_kept<S: Space>() {
+    let problem = wall::<S>(5, 6, 0.5);
+    let mut start = Impulses::zero(&problem);
+    let good = SolveSettings { tolerance: 1e-6 * FALL, ..SolveSettings::default() };
+    SolverKind::Exact.make().solve(&problem, &good, &mut start);
+    let before = residual(&problem, &start).absolute;
+    for factorisations in 0..3 {
+        let settings = SolveSettings { tolerance: 1e-18, factorisations, ..SolveSettings::default() };
+        let mut found = start.clone();
+        let outcome = SolverKind::Exact.make().solve(&problem, &settings, &mut found);
+        assert_eq!(outcome.stop, Stop::OutOfFactorisations, "{outcome:?}");
+        assert!(residual(&problem, &found).absolute <= before, "{outcome:?}");
+    }
+}
+
+in_both_spaces! {
+    a_spent_budget_gives_the_best_so_far_and_says_so;
+    a_start_better_than_what_a_budget_reaches_is_kept;
+}
