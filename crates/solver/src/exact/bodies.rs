@@ -2,7 +2,7 @@
 //! dx = D^-1 (rhs - B dv). One node per body: where many contacts share few bodies the factors are far smaller.
 
 use super::operator::Operator;
-use super::system::{Block, inverse};
+use super::system::{Block, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -26,7 +26,6 @@ pub const NO_BODY: u32 = u32::MAX;
 #[derive(Clone, Debug, Default)]
 pub struct BodySpace<const D: usize> {
     rows: Rows<D>,
-    graph: Graph,
     analysis: Analysis,
     factor: Factor,
     values: Vec<f64>,
@@ -41,6 +40,9 @@ pub struct BodySpace<const D: usize> {
 
 const NOWHERE: u32 = u32::MAX;
 
+/// What one multiply-add here is worth in contact space, whose solutions need no refinement.
+const ROUGH: f64 = 2.0;
+
 impl<const D: usize> BodySpace<D> {
     /// The system in body space where that is cheaper than contact space.
     pub fn of(operator: &Operator<D>) -> Option<Self> {
@@ -48,10 +50,10 @@ impl<const D: usize> BodySpace<D> {
         let (bodies, contacts) = (rows.bodies * rows.freedoms, rows.pairs.len() * D);
         let graph = body_graph(rows);
         let analysis = Analysis::new(&graph);
-        // with so few contacts per body that contact space may be cheaper, the analyses decide
+        // with so few contacts per body that contact space may be as cheap, the analyses decide
         if 2 * bodies > contacts {
             let matrix = operator.matrix(60 * rows.pairs.len() + 1000);
-            if matrix.is_some_and(|m| Analysis::new(&m.graph).flops < analysis.flops) {
+            if matrix.is_some_and(|m| Analysis::new(&m.graph).flops < ROUGH * analysis.flops) {
                 return None;
             }
         }
@@ -76,13 +78,12 @@ impl<const D: usize> BodySpace<D> {
             compliance: vec![[[0.0; D]; D]; rows.pairs.len()],
             change: vec![0.0; graph.scalars()],
             rows,
-            graph,
         })
     }
 
     /// Factorises 1 + B^T D^-1 B.
-    pub fn factorize(&mut self, blocks: &[Block<D>]) -> bool {
-        Arch::new().dispatch(Assemble(self, blocks));
+    pub fn factorize(&mut self, stiffness: Stiffness<'_, D>) -> bool {
+        Arch::new().dispatch(Assemble(self, stiffness));
         self.factor.factorize(&self.analysis, &self.values)
     }
 
@@ -94,15 +95,15 @@ impl<const D: usize> BodySpace<D> {
     }
 
     #[inline(always)]
-    fn assemble<const F: usize>(&mut self, blocks: &[Block<D>]) {
+    fn assemble<const F: usize>(&mut self, (blocks, least): Stiffness<'_, D>) {
         self.values.fill(0.0);
         for &at in &self.diagonal {
             (0..F).for_each(|k| self.values[at as usize + k * F + k] = 1.0);
         }
-        let compliances = self.compliance.iter_mut().zip(blocks);
+        let compliances = self.compliance.iter_mut().zip(least.iter().zip(blocks));
         let contacts = self.places.iter().zip(self.rows.of_contacts::<F>());
-        for ((compliance, block), (places, both)) in compliances.zip(contacts) {
-            *compliance = inverse(block);
+        for ((compliance, (least, block)), (places, both)) in compliances.zip(contacts) {
+            *compliance = stiffened_inverse(block, *least);
             for side in 0..2 {
                 if places[3 * side] == NOWHERE {
                     continue;
@@ -161,7 +162,7 @@ macro_rules! pass {
     };
 }
 
-pass!(Assemble, &'a mut BodySpace<D>, &'a [Block<D>], assemble);
+pass!(Assemble, &'a mut BodySpace<D>, Stiffness<'a, D>, assemble);
 pass!(Pull, &'a mut BodySpace<D>, &'a [[f64; D]], pull);
 pass!(PutBack, &'a BodySpace<D>, &'a mut [[f64; D]], put_back);
 

@@ -12,6 +12,7 @@ mod contacts;
 mod groups;
 mod interior_point;
 pub(crate) mod judge;
+mod krylov;
 pub(crate) mod lane;
 mod local;
 mod newton;

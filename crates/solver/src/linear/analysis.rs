@@ -65,7 +65,7 @@ pub(super) struct Sizes {
 }
 
 /// From this many multiply-adds on it pays to look for a second order.
-const LARGE: f64 = 1e7;
+const LARGE: f64 = 1e8;
 
 impl Analysis {
     /// Analyses a pattern under the order that keeps its factors sparse.
@@ -73,7 +73,6 @@ impl Analysis {
         let (mut tree, mut groups) = eliminated(graph, &minimum_degree(graph));
         if flops(&groups) > LARGE {
             let other = eliminated(graph, &dissected(graph, minimum_degree));
-            if std::env::var("SHOW").is_ok() { println!("amd {:.1} nd {:.1}", flops(&groups)/1e6, flops(&other.1)/1e6); }
             if flops(&other.1) < flops(&groups) {
                 (tree, groups) = other;
             }

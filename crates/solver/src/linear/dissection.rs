@@ -5,7 +5,7 @@
 use super::graph::Graph;
 
 /// A part of at most this many nodes is left to minimum degree.
-const LEAF: usize = 64;
+const LEAF: usize = 128;
 /// Neither side may hold more than this share.
 const UNEVEN: f64 = 0.6;
 /// Passes over a separator, each as long as it shrinks it.
@@ -26,6 +26,7 @@ pub fn dissected(graph: &Graph, leaf: impl Fn(&Graph) -> Vec<u32>) -> Vec<u32> {
         side: vec![FIRST; n],
         weight: [vec![0; n], vec![0; n]],
         locked: vec![false; n],
+        seen: vec![0; n],
         local: vec![0; n],
         order: Vec::with_capacity(n),
     };
@@ -45,6 +46,8 @@ struct Dissection<'a> {
     /// Scalars among a node's neighbours on either side.
     weight: [Vec<u32>; 2],
     locked: Vec<bool>,
+    /// The last leaf that a node lay around.
+    seen: Vec<u32>,
     /// Place of a node in a leaf.
     local: Vec<u32>,
     order: Vec<u32>,
@@ -124,21 +127,40 @@ impl Dissection<'_> {
         pieces.iter().for_each(|piece| self.divide(piece, leaf));
     }
 
-    /// Orders a part by itself.
+    /// Orders a part with its surroundings in view: what lies around it is eliminated later, as one front, so its
+    /// nodes count as neighbours of each other.
     fn order_leaf(&mut self, nodes: &[u32], leaf: &impl Fn(&Graph) -> Vec<u32>) {
+        let own = self.labels;
+        let mut around = Vec::new();
         nodes.iter().enumerate().for_each(|(k, &i)| self.local[i as usize] = k as u32);
-        let (mut starts, mut neighbours) = (vec![0], Vec::new());
         for &i in nodes {
+            for k in self.graph.row(i as usize) {
+                let j = self.graph.neighbours[k];
+                // only separators lie around a part, and they keep the label of their time
+                if self.label[j as usize] != own && self.seen[j as usize] != own {
+                    self.seen[j as usize] = own;
+                    self.local[j as usize] = (nodes.len() + around.len()) as u32;
+                    around.push(j);
+                }
+            }
+        }
+        let all = (nodes.len() + around.len()) as u32;
+        let (mut starts, mut neighbours) = (vec![0], Vec::new());
+        for (k, &i) in nodes.iter().chain(&around).enumerate() {
             let first = neighbours.len();
-            let own = self.label[i as usize];
-            let inside = self.neighbours(i).iter().filter(|&&j| self.label[j as usize] == own);
-            neighbours.extend(inside.map(|&j| self.local[j as usize]));
+            let known =
+                |j: u32| self.label[j as usize] == own || (k < nodes.len() && self.seen[j as usize] == own);
+            let near = self.neighbours(i).iter().filter(|&&j| known(j));
+            neighbours.extend(near.map(|&j| self.local[j as usize]));
+            if k >= nodes.len() {
+                neighbours.extend(nodes.len() as u32..all);
+            }
             neighbours[first..].sort_unstable();
             starts.push(neighbours.len() as u32);
         }
-        let sizes = nodes.iter().map(|&i| self.graph.sizes[i as usize]).collect();
+        let sizes = nodes.iter().chain(&around).map(|&i| self.graph.sizes[i as usize]).collect();
         let order = leaf(&Graph::new(sizes, starts, neighbours));
-        self.order.extend(order.iter().map(|&k| nodes[k as usize]));
+        self.order.extend(order.iter().filter(|&&k| (k as usize) < nodes.len()).map(|&k| nodes[k as usize]));
     }
 
     /// The nodes of a part in the order of their distance from one of them.

@@ -203,12 +203,7 @@ fn multiply_by<S: Simd, const K: usize>(simd: S, (a, lda): (&mut [f64], usize), 
 }
 
 #[inline(always)]
-fn multiply_by_any<S: Simd>(
-    simd: S,
-    (a, lda): (&mut [f64], usize),
-    m: &[f64],
-    (rows, k): (usize, usize),
-) {
+fn multiply_by_any<S: Simd>(simd: S, (a, lda): (&mut [f64], usize), m: &[f64], (rows, k): (usize, usize)) {
     let lanes = S::F64_LANES;
     let stride = padded(k);
     let mut own = [simd.splat_f64s(0.0); 64];

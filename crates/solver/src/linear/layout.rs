@@ -212,8 +212,7 @@ fn push_blocks(
             }
             let mut push = |at: usize, row: u32, column: u32| {
                 let (row, column) = (row as usize, column as usize);
-                let (place, stride) =
-                    front.place(places.local[row] as usize, places.local[column] as usize);
+                let (place, stride) = front.place(places.local[row] as usize, places.local[column] as usize);
                 lists.blocks.push(Block {
                     values: graph.offsets[at],
                     place: place as u32,
