@@ -2,8 +2,9 @@
 //! dx = D^-1 (rhs - B dv). One node per body: where many contacts share few bodies the factors are far smaller.
 
 use super::operator::Operator;
-use super::system::{Block, inverse};
+use super::system::{Block, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
+use pulp::{Arch, Simd, WithSimd};
 
 /// One contact's rows on its two bodies, in the units of the scaled problem.
 #[derive(Clone, Debug, Default)]
@@ -21,17 +22,15 @@ pub struct Rows<const D: usize> {
 /// In the place of a body that no impulse moves.
 pub const NO_BODY: u32 = u32::MAX;
 
-/// Most freedoms of a body.
-const MOST: usize = 6;
-
 /// The system with bodies as nodes.
 #[derive(Clone, Debug, Default)]
 pub struct BodySpace<const D: usize> {
     rows: Rows<D>,
-    graph: Graph,
     analysis: Analysis,
     factor: Factor,
     values: Vec<f64>,
+    /// Where each body's own block starts in the values.
+    diagonal: Vec<u32>,
     /// Where each contact's blocks (a a), (a b), (b a), (b b) start in the values.
     places: Vec<[u32; 4]>,
     compliance: Vec<Block<D>>,
@@ -41,6 +40,9 @@ pub struct BodySpace<const D: usize> {
 
 const NOWHERE: u32 = u32::MAX;
 
+/// What one multiply-add here is worth in contact space, whose solutions need no refinement.
+const ROUGH: f64 = 2.0;
+
 impl<const D: usize> BodySpace<D> {
     /// The system in body space where that is cheaper than contact space.
     pub fn of(operator: &Operator<D>) -> Option<Self> {
@@ -48,10 +50,10 @@ impl<const D: usize> BodySpace<D> {
         let (bodies, contacts) = (rows.bodies * rows.freedoms, rows.pairs.len() * D);
         let graph = body_graph(rows);
         let analysis = Analysis::new(&graph);
-        // with so few contacts per body that contact space may be cheaper, the analyses decide
+        // with so few contacts per body that contact space may be as cheap, the analyses decide
         if 2 * bodies > contacts {
             let matrix = operator.matrix(60 * rows.pairs.len() + 1000);
-            if matrix.is_some_and(|m| Analysis::new(&m.graph).flops < analysis.flops) {
+            if matrix.is_some_and(|m| Analysis::new(&m.graph).flops < ROUGH * analysis.flops) {
                 return None;
             }
         }
@@ -81,44 +83,30 @@ impl<const D: usize> BodySpace<D> {
             analysis,
             factor: Factor::default(),
             values: vec![0.0; graph.values()],
+            diagonal: (0..rows.bodies as u32).map(|b| offset(b, b)).collect(),
             places,
             compliance: vec![[[0.0; D]; D]; rows.pairs.len()],
             change: vec![0.0; graph.scalars()],
             rows,
-            graph,
         }
     }
 
     /// Factorises 1 + B^T D^-1 B.
-    pub fn factorize(&mut self, blocks: &[Block<D>]) -> bool {
-        self.factorize_with(|i| inverse(&blocks[i]))
+    pub fn factorize(&mut self, (blocks, least): Stiffness<'_, D>) -> bool {
+        for (compliance, (block, least)) in self.compliance.iter_mut().zip(blocks.iter().zip(least)) {
+            *compliance = stiffened_inverse(block, *least);
+        }
+        self.assembled()
     }
 
     /// Factorises 1 + B^T C B with C per contact, which may be singular.
     pub fn factorize_with(&mut self, compliance: impl Fn(usize) -> Block<D>) -> bool {
-        let f = self.rows.freedoms;
-        self.values.fill(0.0);
-        for i in 0..self.graph.nodes() {
-            let at = self.graph.offsets[self.graph.position(i, i).expect("a diagonal")] as usize;
-            (0..f).for_each(|k| self.values[at + k * f + k] = 1.0);
-        }
-        for (i, places) in self.places.iter().enumerate() {
-            let compliance = compliance(i);
-            self.compliance[i] = compliance;
-            let both = &self.rows.values[i * 2 * D * f..(i + 1) * 2 * D * f];
-            for (side, right) in both.chunks_exact(D * f).enumerate() {
-                if self.rows.pairs[i][side] == NO_BODY {
-                    continue;
-                }
-                let product = multiplied(&compliance, right, f);
-                for (other, left) in both.chunks_exact(D * f).enumerate() {
-                    let at = places[2 * other + side];
-                    if at != NOWHERE {
-                        add_product(&mut self.values[at as usize..][..f * f], left, &product, f);
-                    }
-                }
-            }
-        }
+        self.compliance.iter_mut().enumerate().for_each(|(i, c)| *c = compliance(i));
+        self.assembled()
+    }
+
+    fn assembled(&mut self) -> bool {
+        Arch::new().dispatch(Assemble(self, ()));
         self.factor.factorize(&self.analysis, &self.values)
     }
 
@@ -141,17 +129,90 @@ impl<const D: usize> BodySpace<D> {
 
     /// Replaces rhs by dx.
     pub fn solve(&mut self, x: &mut [[f64; D]]) {
-        let f = self.rows.freedoms;
-        self.change.fill(0.0);
-        for (i, pair) in self.rows.pairs.iter().enumerate() {
-            let pull = apply(&self.compliance[i], &x[i]);
-            spread(&self.rows.values[i * 2 * D * f..], *pair, f, &pull, &mut self.change);
-        }
+        Arch::new().dispatch(Pull(self, x));
         self.factor.solve(&self.analysis, &mut self.change);
-        for (i, pair) in self.rows.pairs.iter().enumerate() {
-            let seen: [f64; D] = relative(&self.rows.values[i * 2 * D * f..], *pair, f, &self.change);
-            let left = std::array::from_fn(|k| x[i][k] - seen[k]);
-            x[i] = apply(&self.compliance[i], &left);
+        Arch::new().dispatch(PutBack(self, x));
+    }
+
+    #[inline(always)]
+    fn assemble<const F: usize>(&mut self, _: ()) {
+        self.values.fill(0.0);
+        for &at in &self.diagonal {
+            (0..F).for_each(|k| self.values[at as usize + k * F + k] = 1.0);
+        }
+        let contacts = self.places.iter().zip(self.rows.of_contacts::<F>());
+        for (compliance, (places, both)) in self.compliance.iter().zip(contacts) {
+            for side in 0..2 {
+                if places[3 * side] == NOWHERE {
+                    continue;
+                }
+                let product = multiplied(compliance, &both[side * D..][..D]);
+                for other in 0..2 {
+                    let at = places[2 * other + side];
+                    if at != NOWHERE {
+                        let target = &mut self.values[at as usize..][..F * F];
+                        add_product(target, &both[other * D..][..D], &product);
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn pull<const F: usize>(&mut self, x: &[[f64; D]]) {
+        self.change.fill(0.0);
+        let bodies = self.change.as_chunks_mut::<F>().0;
+        let contacts = self.rows.pairs.iter().zip(self.rows.of_contacts::<F>());
+        for ((pair, both), (compliance, x)) in contacts.zip(self.compliance.iter().zip(x)) {
+            spread(both, *pair, &apply(compliance, x), bodies);
+        }
+    }
+
+    #[inline(always)]
+    fn put_back<const F: usize>(&self, x: &mut [[f64; D]]) {
+        let bodies = self.change.as_chunks::<F>().0;
+        let contacts = self.rows.pairs.iter().zip(self.rows.of_contacts::<F>());
+        for ((pair, both), (compliance, x)) in contacts.zip(self.compliance.iter().zip(x)) {
+            let seen: [f64; D] = relative(both, *pair, bodies);
+            for k in 0..D {
+                x[k] -= seen[k];
+            }
+            *x = apply(compliance, x);
+        }
+    }
+}
+
+/// The passes over contacts, compiled for the registers of the machine and for three or six freedoms.
+macro_rules! pass {
+    ($name:ident, $space:ty, $x:ty, $call:ident) => {
+        struct $name<'a, const D: usize>($space, $x);
+
+        impl<const D: usize> WithSimd for $name<'_, D> {
+            type Output = ();
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, _: S) {
+                match self.0.rows.freedoms {
+                    3 => self.0.$call::<3>(self.1),
+                    _ => self.0.$call::<6>(self.1),
+                }
+            }
+        }
+    };
+}
+
+pass!(Assemble, &'a mut BodySpace<D>, (), assemble);
+pass!(Pull, &'a mut BodySpace<D>, &'a [[f64; D]], pull);
+pass!(PutBack, &'a BodySpace<D>, &'a mut [[f64; D]], put_back);
+
+struct Product<'a, const D: usize>(&'a Rows<D>, &'a [[f64; D]], &'a mut [f64], &'a mut [[f64; D]]);
+
+impl<const D: usize> WithSimd for Product<'_, D> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        match self.0.freedoms {
+            3 => self.0.product_in::<3>(self.1, self.2, self.3),
+            _ => self.0.product_in::<6>(self.1, self.2, self.3),
         }
     }
 }
@@ -174,72 +235,118 @@ impl<const D: usize> Rows<D> {
         }
         block
     }
+    /// The rows on both bodies, contact after contact.
+    #[inline(always)]
+    fn of_contacts<const F: usize>(&self) -> impl Iterator<Item = &[[f64; F]]> {
+        self.values.as_chunks::<F>().0.chunks_exact(2 * D)
+    }
+    /// The rows of one contact.
+    #[inline(always)]
+    fn of<const F: usize>(&self, i: usize) -> &[[f64; F]] {
+        self.values[i * 2 * D * F..(i + 1) * 2 * D * F].as_chunks::<F>().0
+    }
     /// v += B_i^T x.
     #[inline(always)]
     pub fn push(&self, i: usize, x: &[f64; D], v: &mut [f64]) {
-        spread(&self.values[i * 2 * D * self.freedoms..], self.pairs[i], self.freedoms, x, v);
+        match self.freedoms {
+            3 => spread(self.of::<3>(i), self.pairs[i], x, v.as_chunks_mut().0),
+            _ => spread(self.of::<6>(i), self.pairs[i], x, v.as_chunks_mut().0),
+        }
     }
     /// B_i v.
     #[inline(always)]
     pub fn relative(&self, i: usize, v: &[f64]) -> [f64; D] {
-        relative(&self.values[i * 2 * D * self.freedoms..], self.pairs[i], self.freedoms, v)
+        match self.freedoms {
+            3 => relative(self.of::<3>(i), self.pairs[i], v.as_chunks().0),
+            _ => relative(self.of::<6>(i), self.pairs[i], v.as_chunks().0),
+        }
     }
     /// W~ x through the bodies: B (B^T x); `change` holds B^T x afterwards.
     pub fn product(&self, x: &[[f64; D]], change: &mut Vec<f64>, out: &mut [[f64; D]]) {
-        change.clear();
         change.resize(self.bodies * self.freedoms, 0.0);
-        for (i, pair) in self.pairs.iter().enumerate() {
-            spread(&self.values[i * 2 * D * self.freedoms..], *pair, self.freedoms, &x[i], change);
+        Arch::new().dispatch(Product(self, x, change, out));
+    }
+
+    #[inline(always)]
+    fn product_in<const F: usize>(&self, x: &[[f64; D]], change: &mut [f64], out: &mut [[f64; D]]) {
+        change.fill(0.0);
+        let bodies = change.as_chunks_mut::<F>().0;
+        for ((pair, both), x) in self.pairs.iter().zip(self.of_contacts::<F>()).zip(x) {
+            spread(both, *pair, x, bodies);
         }
-        for (i, pair) in self.pairs.iter().enumerate() {
-            out[i] = relative(&self.values[i * 2 * D * self.freedoms..], *pair, self.freedoms, change);
+        for ((pair, both), out) in self.pairs.iter().zip(self.of_contacts::<F>()).zip(out) {
+            *out = relative(both, *pair, bodies);
         }
     }
 }
 
 /// v += B_i^T x.
 #[inline(always)]
-fn spread<const D: usize>(rows: &[f64], pair: [u32; 2], f: usize, x: &[f64; D], v: &mut [f64]) {
-    for (side, &body) in pair.iter().enumerate() {
-        if body == NO_BODY {
+fn spread<const D: usize, const F: usize>(
+    both: &[[f64; F]],
+    pair: [u32; 2],
+    x: &[f64; D],
+    bodies: &mut [[f64; F]],
+) {
+    for side in 0..2 {
+        if pair[side] == NO_BODY {
             continue;
         }
-        let v = &mut v[body as usize * f..][..f];
-        for (row, x) in rows[side * D * f..][..D * f].chunks_exact(f).zip(x) {
-            row.iter().zip(v.iter_mut()).for_each(|(b, v)| *v += b * x);
+        let rows = &both[side * D..][..D];
+        let body = &mut bodies[pair[side] as usize];
+        let mut sum = *body;
+        for k in 0..D {
+            for j in 0..F {
+                sum[j] += rows[k][j] * x[k];
+            }
         }
+        *body = sum;
     }
 }
 
 /// B_i v.
 #[inline(always)]
-fn relative<const D: usize>(rows: &[f64], pair: [u32; 2], f: usize, v: &[f64]) -> [f64; D] {
+fn relative<const D: usize, const F: usize>(
+    both: &[[f64; F]],
+    pair: [u32; 2],
+    bodies: &[[f64; F]],
+) -> [f64; D] {
     let mut out = [0.0; D];
-    for (side, &body) in pair.iter().enumerate() {
-        if body == NO_BODY {
+    for side in 0..2 {
+        if pair[side] == NO_BODY {
             continue;
         }
-        let v = &v[body as usize * f..][..f];
-        for (row, out) in rows[side * D * f..][..D * f].chunks_exact(f).zip(&mut out) {
-            *out += row.iter().zip(v).map(|(b, v)| b * v).sum::<f64>();
+        let rows = &both[side * D..][..D];
+        let body = &bodies[pair[side] as usize];
+        for k in 0..D {
+            for j in 0..F {
+                out[k] += rows[k][j] * body[j];
+            }
         }
     }
     out
 }
 
+/// C x.
 #[inline(always)]
 fn apply<const D: usize>(m: &Block<D>, v: &[f64; D]) -> [f64; D] {
-    std::array::from_fn(|r| (0..D).map(|c| m[r][c] * v[c]).sum())
+    let mut out = [0.0; D];
+    for r in 0..D {
+        for c in 0..D {
+            out[r] += m[r][c] * v[c];
+        }
+    }
+    out
 }
 
-/// C B for one side: D x f.
+/// C B for one side: D x F.
 #[inline(always)]
-fn multiplied<const D: usize>(c: &Block<D>, b: &[f64], f: usize) -> [[f64; MOST]; D] {
-    let mut out = [[0.0; MOST]; D];
+fn multiplied<const D: usize, const F: usize>(c: &Block<D>, b: &[[f64; F]]) -> [[f64; F]; D] {
+    let mut out = [[0.0; F]; D];
     for r in 0..D {
         for k in 0..D {
-            for j in 0..f {
-                out[r][j] += c[r][k] * b[k * f + j];
+            for j in 0..F {
+                out[r][j] += c[r][k] * b[k][j];
             }
         }
     }
@@ -248,14 +355,19 @@ fn multiplied<const D: usize>(c: &Block<D>, b: &[f64], f: usize) -> [[f64; MOST]
 
 /// target += B^T (C B).
 #[inline(always)]
-fn add_product<const D: usize>(target: &mut [f64], left: &[f64], product: &[[f64; MOST]; D], f: usize) {
-    for (r, product) in product.iter().enumerate() {
-        for i in 0..f {
-            let factor = left[r * f + i];
-            for j in 0..f {
-                target[i * f + j] += factor * product[j];
+fn add_product<const D: usize, const F: usize>(
+    target: &mut [f64],
+    left: &[[f64; F]],
+    product: &[[f64; F]; D],
+) {
+    for (i, target) in target.as_chunks_mut::<F>().0.iter_mut().enumerate() {
+        let mut sum = *target;
+        for r in 0..D {
+            for j in 0..F {
+                sum[j] += left[r][i] * product[r][j];
             }
         }
+        *target = sum;
     }
 }
 

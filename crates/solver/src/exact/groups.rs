@@ -5,7 +5,7 @@
 //! alone: such contacts are coupled to the same others.
 
 use super::operator::Matrix;
-use super::system::{Block, inverse};
+use super::system::{Block, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
 
 /// Fewer contacts are not worth the condensing.
@@ -95,9 +95,9 @@ impl<const D: usize> GroupSpace<D> {
     }
 
     /// Factorises with D from `blocks`.
-    pub fn factorize(&mut self, blocks: &[Block<D>]) -> bool {
-        for (compliance, block) in self.compliance.iter_mut().zip(blocks) {
-            *compliance = inverse(block);
+    pub fn factorize(&mut self, (blocks, least): Stiffness<'_, D>) -> bool {
+        for (compliance, (block, least)) in self.compliance.iter_mut().zip(blocks.iter().zip(least)) {
+            *compliance = stiffened_inverse(block, *least);
         }
         for group in self.groups.iter_mut().filter(|g| !g.basis.is_empty()) {
             let n = group.rank;

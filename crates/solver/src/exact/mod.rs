@@ -14,6 +14,7 @@ mod feasibility;
 mod groups;
 mod interior_point;
 pub(crate) mod judge;
+mod krylov;
 pub(crate) mod lane;
 pub(crate) mod local;
 mod minimum_norm;

@@ -4,6 +4,7 @@
 
 use super::bodies::BodySpace;
 use super::groups::GroupSpace;
+use super::krylov::Krylov;
 use super::operator::{Matrix, Operator};
 use super::pivoted::Pivoted;
 use super::scaled::Scaled;
@@ -12,6 +13,9 @@ use std::sync::Arc;
 
 /// D of one contact.
 pub type Block<const D: usize> = [[f64; D]; D];
+
+/// D per contact, and the least stiffness that a condensed form takes for its own.
+pub type Stiffness<'a, const D: usize> = (&'a [Block<D>], &'a [f64]);
 
 /// The system of a scaled problem in the form that is cheapest to factorise.
 #[derive(Clone, Debug)]
@@ -27,9 +31,12 @@ pub struct System<const D: usize> {
     pub falls_back: bool,
     /// Residual of the last refined solution over its right-hand side.
     pub left: f64,
-    /// Right-hand side and correction of a refinement.
+    /// Least stiffness per contact, `LEAST` times |W~_ii|.
+    least: Vec<f64>,
+    /// Right-hand side and residual of a refinement.
     given: Vec<[f64; D]>,
-    correction: Vec<[f64; D]>,
+    residual: Vec<[f64; D]>,
+    krylov: Krylov<D>,
 }
 
 #[derive(Clone, Debug)]
@@ -63,7 +70,12 @@ impl ContactSpace {
 
 /// A solution of a condensed system is corrected while its residual is above this share of the right-hand side.
 const REFINED: f64 = 1e-11;
+/// Least stiffness of a contact next to |W~_ii| that is inverted as it is: the root of the rounding error. D^-1 costs
+/// a condensed form rounding error times D^-1, stiffening costs as much as it changes D; here the two meet.
+const LEAST: f64 = 1.5e-8;
 
+/// Contact space is given up, where that is asked for, when its plain solutions leave more than this share.
+const CAREFUL: f64 = 1e-9;
 /// Contact space is no way out where its factorisation takes more multiply-adds.
 const DEAR: f64 = 5e9;
 /// A form whose refined solutions leave more than this share is given up.
@@ -90,8 +102,10 @@ impl<const D: usize> System<D> {
             careful: false,
             falls_back: true,
             left: 0.0,
+            least: scaled.step.iter().map(|step| LEAST / step).collect(),
             given: vec![[0.0; D]; n],
-            correction: vec![[0.0; D]; n],
+            residual: vec![[0.0; D]; n],
+            krylov: Krylov::default(),
         }
     }
     /// Factorises W~ + D with the present `blocks`; false when it is singular.
@@ -107,8 +121,8 @@ impl<const D: usize> System<D> {
                 }
                 space.factor.factorize(&space.analysis, &space.values)
             }
-            Form::Groups(space) => space.factorize(&self.blocks),
-            Form::Bodies(space) => space.factorize(&self.blocks),
+            Form::Groups(space) => space.factorize((&self.blocks, &self.least)),
+            Form::Bodies(space) => space.factorize((&self.blocks, &self.least)),
             Form::Pivoted(space) => space.factorize(&self.blocks),
         }
     }
@@ -133,45 +147,37 @@ impl<const D: usize> System<D> {
             return used.as_flattened().iter().all(|v| v.is_finite());
         }
         self.given[..count].copy_from_slice(&x[..count]);
-        self.solve_once(x);
         let size = length(&self.given[..count]);
-        let mut last = f64::INFINITY;
-        self.left = 0.0;
-        let mut first = None;
-        // 1/D next to 1/D' a billion times smaller costs digits; the operator itself gives them back
-        for _ in 0..3 {
-            let mut correction = std::mem::take(&mut self.correction);
-            self.residual(scaled, x, &mut correction);
-            let left = length(&correction[..count]);
-            self.left = left / size;
-            let first = *first.get_or_insert(self.left);
-            if self.careful
-                && !(first <= 1e-9)
-                && matches!(self.form, Form::Contacts(_))
-                && self.fall_back(scaled)
-            {
-                self.correction = correction;
-                x[..count].copy_from_slice(&self.given[..count]);
-                return self.factorize() && self.solve(scaled, x);
+        self.form.solve(x);
+        applied(scaled, &self.blocks, x, &mut self.residual);
+        for (left, given) in self.residual[..count].iter_mut().zip(&self.given) {
+            for k in 0..D {
+                left[k] = given[k] - left[k];
             }
-            if left <= REFINED * size || !(left < 0.5 * last) {
-                self.correction = correction;
-                break;
-            }
-            last = left;
-            self.solve_once(&mut correction);
-            for (x, c) in x[..count].as_flattened_mut().iter_mut().zip(correction[..count].as_flattened()) {
-                *x += c;
-            }
-            self.correction = correction;
         }
+        let mut left = length(&self.residual[..count]);
+        let exact_form = matches!(self.form, Form::Contacts(_));
+        if self.careful && exact_form && !(left <= CAREFUL * size) && self.fall_back(scaled) {
+            return self.again(scaled, x);
+        }
+        // 1/D next to 1/D' a billion times smaller costs digits; the operator itself gives them back
+        let enough = REFINED * size;
+        if left > enough {
+            let (form, blocks) = (&mut self.form, &self.blocks);
+            left = self.krylov.correct(
+                (&self.residual[..count], enough),
+                |v| form.solve(v),
+                |v, out| applied(scaled, blocks, v, out),
+                &mut x[..count],
+            );
+        }
+        self.left = if size > 0.0 { left / size } else { 0.0 };
         if !(self.left <= LOST) {
             if !self.falls_back {
                 return false;
             }
             if self.fall_back(scaled) {
-                x[..count].copy_from_slice(&self.given[..count]);
-                return self.factorize() && self.solve(scaled, x);
+                return self.again(scaled, x);
             }
         }
         x[..count].as_flattened().iter().all(|v| v.is_finite())
@@ -189,24 +195,54 @@ impl<const D: usize> System<D> {
         };
         form.map(|form| self.form = form).is_some()
     }
-    fn solve_once(&mut self, x: &mut [[f64; D]]) {
-        match &mut self.form {
+    /// Solves anew after a change of form.
+    fn again(&mut self, scaled: &Scaled<D>, x: &mut [[f64; D]]) -> bool {
+        x[..scaled.count()].copy_from_slice(&self.given[..scaled.count()]);
+        self.factorize() && self.solve(scaled, x)
+    }
+}
+
+impl<const D: usize> Form<D> {
+    fn solve(&mut self, x: &mut [[f64; D]]) {
+        match self {
             Form::Contacts(space) => space.factor.solve(&space.analysis, x.as_flattened_mut()),
             Form::Groups(space) => space.solve(x),
             Form::Bodies(space) => space.solve(x),
             Form::Pivoted(space) => space.solve(x),
         }
     }
-    /// given - (W~ + D) x.
-    fn residual(&self, scaled: &Scaled<D>, x: &[[f64; D]], out: &mut [[f64; D]]) {
-        scaled.product(x, out);
-        for i in 0..scaled.count() {
-            for r in 0..D {
-                let own: f64 = (0..D).map(|c| self.blocks[i][r][c] * x[i][c]).sum();
-                out[i][r] = self.given[i][r] - out[i][r] - own;
+}
+
+/// (W~ + D) x.
+fn applied<const D: usize>(scaled: &Scaled<D>, blocks: &[Block<D>], x: &[[f64; D]], out: &mut [[f64; D]]) {
+    scaled.product(x, out);
+    for ((out, x), block) in out.iter_mut().zip(x).zip(blocks).take(scaled.count()) {
+        for r in 0..D {
+            for c in 0..D {
+                out[r] += block[r][c] * x[c];
             }
         }
     }
+}
+
+/// D^-1; D is stiffened first where it is softer than `least` in some direction.
+#[inline(always)]
+pub fn stiffened_inverse<const D: usize>(block: &Block<D>, least: f64) -> Block<D> {
+    let plain = inverse(block);
+    let mut square = 0.0;
+    for row in &plain {
+        for c in row {
+            square += c * c;
+        }
+    }
+    if square * least * least <= 1.0 {
+        return plain;
+    }
+    let mut stiffer = *block;
+    for k in 0..D {
+        stiffer[k][k] += least;
+    }
+    inverse(&stiffer)
 }
 
 fn length<const D: usize>(v: &[[f64; D]]) -> f64 {
@@ -215,7 +251,7 @@ fn length<const D: usize>(v: &[[f64; D]]) -> f64 {
 
 /// The inverse of a D x D block, by cofactors (D at most 3).
 #[inline(always)]
-pub fn inverse<const D: usize>(m: &Block<D>) -> Block<D> {
+fn inverse<const D: usize>(m: &Block<D>) -> Block<D> {
     let mut out = [[0.0; D]; D];
     match D {
         1 => out[0][0] = 1.0 / m[0][0],

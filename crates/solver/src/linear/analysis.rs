@@ -1,9 +1,10 @@
 //! Symbolic analysis: elimination tree, supernodes, and where every block goes (Liu 1990; Davis 2006, chapter 4).
 //! Depends on the pattern alone, so it is kept while the contact graph stands.
 
+use super::dissection::dissected;
 use super::graph::Graph;
 use super::layout::{Front, lay_out};
-use super::ordering::{inverse, order_of};
+use super::ordering::{inverse, minimum_degree};
 
 /// What the pattern of a matrix says about its factors.
 #[derive(Clone, Debug, Default)]
@@ -63,13 +64,22 @@ pub(super) struct Sizes {
     pub chunk: usize,
 }
 
+/// From this many multiply-adds on it pays to look for a second order.
+const LARGE: f64 = 1e8;
+
 impl Analysis {
     /// Analyses a pattern under the order that keeps its factors sparse.
     pub fn new(graph: &Graph) -> Self {
-        let order = postordered(graph, &order_of(graph));
-        let tree = Tree::of(graph, &order);
-        let fronts = tree.merged(graph);
-        let mut analysis = lay_out(graph, &tree.order, fronts);
+        let (mut tree, mut groups) = eliminated(graph, &minimum_degree(graph));
+        if flops(&groups) > LARGE {
+            let other = eliminated(graph, &dissected(graph, minimum_degree));
+            if flops(&other.1) < flops(&groups) {
+                (tree, groups) = other;
+            }
+        }
+        let flops = flops(&groups);
+        let mut analysis = lay_out(graph, &tree.order, groups);
+        analysis.flops = flops;
         analysis.pattern = graph.clone();
         analysis
     }
@@ -84,6 +94,22 @@ impl Analysis {
 }
 
 pub(super) const NONE: u32 = u32::MAX;
+
+/// The elimination in that order, made contiguous: its tree and its fronts.
+fn eliminated(graph: &Graph, order: &[u32]) -> (Tree, Vec<Group>) {
+    let tree = Tree::of(graph, &postordered(graph, order));
+    let groups = tree.merged(graph);
+    (tree, groups)
+}
+
+/// Multiply-adds of a factorisation.
+fn flops(groups: &[Group]) -> f64 {
+    let one = |g: &Group| {
+        let (p, b) = (f64::from(g.pivot_scalars), f64::from(g.row_scalars));
+        p * p * p / 3.0 * 2.0 + 2.0 * p * p * b + p * b * b
+    };
+    groups.iter().map(one).sum()
+}
 
 /// Parents in the elimination tree, by position (Liu's algorithm with path compression).
 fn parents(graph: &Graph, order: &[u32], position: &[u32]) -> Vec<u32> {
@@ -212,9 +238,9 @@ fn absorb(group: &mut Group, child: Group) -> Option<Group> {
     let zeros = child.zeros + group.zeros + missing * child.pivot_scalars as f64;
     let stored = pivots as f64 * (0.5 * pivots as f64 + group.row_scalars as f64);
     let allowed = match pivots {
-        0..=12 => 0.6,
-        13..=32 => 0.3,
-        33..=64 => 0.12,
+        0..=6 => 0.5,
+        7..=12 => 0.2,
+        13..=32 => 0.1,
         _ => 0.05,
     };
     if zeros > allowed * stored {

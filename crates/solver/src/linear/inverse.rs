@@ -135,17 +135,16 @@ const LOST: f64 = 1e-8;
 #[inline(always)]
 fn invert_small(a: &mut [f64], k: usize) -> bool {
     let row = padded(k);
-    let at = |i: usize, j: usize| a[i * row + j];
-    let size = |i: usize| (0..k).map(|j| at(i, j).abs()).sum::<f64>();
+    let size = |i: usize| a[i * row..][..k].iter().map(|x| x.abs()).sum::<f64>();
     if k == 1 {
-        let pivot = at(0, 0);
+        let pivot = a[0];
         if pivot.is_normal() {
             a[0] = 1.0 / pivot;
         }
         return pivot.is_normal();
     }
     if k == 2 {
-        let (p, q, r, s) = (at(0, 0), at(0, 1), at(1, 0), at(1, 1));
+        let (p, q, r, s) = (a[0], a[1], a[row], a[row + 1]);
         let determinant = p * s - q * r;
         let kept = determinant.abs() > LOST * size(0) * size(1);
         if !kept || !determinant.is_normal() {
@@ -156,26 +155,27 @@ fn invert_small(a: &mut [f64], k: usize) -> bool {
         (a[row], a[row + 1]) = (-r * scale, p * scale);
         return true;
     }
-    let minor = |i: usize, j: usize| {
+    let mut m = [[0.0; 3]; 3];
+    for (line, own) in m.iter_mut().zip(a.chunks_exact(row)) {
+        line.copy_from_slice(&own[..3]);
+    }
+    let mut cofactors = [[0.0; 3]; 3];
+    for i in 0..3 {
         let (r, s) = ((i + 1) % 3, (i + 2) % 3);
-        let (c, d) = ((j + 1) % 3, (j + 2) % 3);
-        at(r, c) * at(s, d) - at(r, d) * at(s, c)
-    };
-    let cofactors = [
-        [minor(0, 0), minor(0, 1), minor(0, 2)],
-        [minor(1, 0), minor(1, 1), minor(1, 2)],
-        [minor(2, 0), minor(2, 1), minor(2, 2)],
-    ];
-    let terms = [0, 1, 2].map(|c| at(0, c) * cofactors[0][c]);
-    let determinant = terms[0] + terms[1] + terms[2];
+        for j in 0..3 {
+            let (c, d) = ((j + 1) % 3, (j + 2) % 3);
+            cofactors[i][j] = m[r][c] * m[s][d] - m[r][d] * m[s][c];
+        }
+    }
+    let determinant = m[0][0] * cofactors[0][0] + m[0][1] * cofactors[0][1] + m[0][2] * cofactors[0][2];
     let kept = determinant.abs() > LOST * size(0) * size(1) * size(2);
     if !kept || !determinant.is_normal() {
         return false;
     }
     let scale = 1.0 / determinant;
-    for i in 0..3 {
+    for (i, own) in a.chunks_exact_mut(row).take(3).enumerate() {
         for j in 0..3 {
-            a[i * row + j] = cofactors[j][i] * scale;
+            own[j] = cofactors[j][i] * scale;
         }
     }
     true

@@ -139,8 +139,6 @@ pub(super) fn lay_out(graph: &Graph, order: &[u32], groups: Vec<Group>) -> Analy
 
 /// Adds what a front needs.
 fn measure(front: &Front, analysis: &mut Analysis) {
-    let (p, b) = (front.pivots as f64, front.rows as f64);
-    analysis.flops += p * p * p / 3.0 * 2.0 + 2.0 * p * p * b + p * b * b;
     let largest = front.chunks.of(&analysis.lists.chunks).iter().map(|c| c.0).max();
     let sizes = &mut analysis.sizes;
     sizes.panels += front.panel_length();

@@ -3,6 +3,7 @@
 //! beats every first-order one (docs/adr/0009). Knows no contacts.
 
 mod analysis;
+mod dissection;
 mod factor;
 mod front;
 mod graph;

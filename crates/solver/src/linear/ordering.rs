@@ -10,7 +10,7 @@ use faer::sparse::linalg::amd;
 const TOO_SMALL: usize = 4;
 
 /// Nodes in the order of their elimination.
-fn minimum_degree(graph: &Graph) -> Vec<u32> {
+pub fn minimum_degree(graph: &Graph) -> Vec<u32> {
     let n = graph.nodes();
     let natural = || (0..n as u32).collect();
     if n <= TOO_SMALL {
@@ -22,11 +22,6 @@ fn minimum_degree(graph: &Graph) -> Vec<u32> {
     let ordered =
         amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), MemStack::new(&mut memory));
     if ordered.is_ok() { order } else { natural() }
-}
-
-/// Nodes in the order of their elimination.
-pub fn order_of(graph: &Graph) -> Vec<u32> {
-    minimum_degree(graph)
 }
 
 /// Where every node stands in an order.
