@@ -91,6 +91,7 @@ impl<S: Space> ExactContacts<S> {
                 sweeps: settings.iterations.min(300),
                 factorisations: settings.factorisations - factorisations,
                 impulses: settings.impulses,
+                early: false,
                 feasibility: false,
             };
             let answer = solve_blocks(&blocks, &goal, &mut r, watch);

@@ -76,6 +76,9 @@ struct Goal {
     sweeps: usize,
     factorisations: usize,
     impulses: ImpulseChoice,
+    /// Newton from the sweeps before the interior point. Its answers lie on the edges of the cones where others are
+    /// as good, and are worse starts for the next step than the interior point's.
+    early: bool,
     /// Tell the strict feasibility of what is not solved; its factorisations are beside the budget.
     feasibility: bool,
 }
@@ -251,6 +254,7 @@ fn in_dimension<const D: usize>(
         sweeps: settings.iterations.min(300),
         factorisations: settings.factorisations,
         impulses: settings.impulses,
+        early: true,
         feasibility: true,
     };
     let answer = solve_blocks(&blocks, &goal, &mut r, watch);
@@ -358,7 +362,7 @@ fn solve_blocks<const D: usize>(
     solve.best_errors = errors;
     answer.end = match given {
         Some(r) => warm::restart(&mut solve, &r, &mut answer.stages),
-        None if goal.is_least() => StageEnd::Stuck,
+        None if goal.is_least() || !goal.early => StageEnd::Stuck,
         None => {
             let left = solve.best.clone();
             let end = newton::descend(&mut solve, &left);
