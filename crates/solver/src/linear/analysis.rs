@@ -31,8 +31,7 @@ pub(super) struct Lists {
     pub blocks: Vec<Block>,
     /// Scalar positions of the rows.
     pub positions: Vec<u32>,
-    /// Chunks of pivots that are eliminated at a time: scalars, and scalars of each node (all of them when they
-    /// differ).
+    /// Chunks of pivots that are eliminated at a time: scalars, and scalars of each node.
     pub chunks: Vec<(u32, u32)>,
 }
 

@@ -20,6 +20,7 @@ pub struct Factor {
     /// The parts of it that a front works on.
     pivots: Vec<f64>,
     rows: Vec<f64>,
+    chunk: Vec<f64>,
 }
 
 struct Factorize<'a>(&'a mut Factor, &'a Analysis, &'a [f64]);
@@ -78,6 +79,7 @@ impl Factor {
         self.solution.resize(analysis.order.len(), 0.0);
         self.pivots.resize(padded(sizes.pivots) + SLACK, 0.0);
         self.rows.resize(padded(sizes.rows) + SLACK, 0.0);
+        self.chunk.resize(padded(sizes.chunk) + SLACK, 0.0);
     }
 
     #[inline(always)]
@@ -174,21 +176,70 @@ impl Factor {
             add_product(simd, z, (&panel[p * (p + ld)..], p), &self.rows[..m], p);
         }
         let mut at = p;
-        for &(k, _) in front.chunks.of(&analysis.lists.chunks).iter().rev() {
+        for &(k, node) in front.chunks.of(&analysis.lists.chunks).iter().rev() {
             let k = k as usize;
             at -= k;
-            let mut own = [0.0; 64 + SLACK];
-            own[..k].copy_from_slice(&z[at..at + k]);
-            for (part, later) in z[at + k..p].chunks(64).enumerate() {
-                let minus = negated(later);
+            for (part, later) in (at + k..p).step_by(64).enumerate() {
+                let minus = negated(&z[later..p.min(later + 64)]);
                 let right = &panel[(at + k + 64 * part) * p + at..];
-                add_product(simd, &mut own, (right, p), &minus[..later.len()], k);
+                self.chunk[..k].copy_from_slice(&z[at..at + k]);
+                add_product(simd, &mut self.chunk, (right, p), &minus[..64.min(p - later)], k);
+                z[at..at + k].copy_from_slice(&self.chunk[..k]);
             }
-            let mut found = [0.0; 64 + SLACK];
-            add_product(simd, &mut found, (&panel[at * p + at..], p), &own[..k], k);
-            z[at..at + k].copy_from_slice(&found[..k]);
+            solve_chunk((&panel[at * p + at..], p), &mut z[at..at + k], node as usize);
         }
         self.solution[front.first..front.first + p].copy_from_slice(&z[..p]);
+    }
+}
+
+/// Replaces the right-hand side of a factorised chunk by the solution.
+#[inline(always)]
+fn solve_chunk(m: (&[f64], usize), x: &mut [f64], node: usize) {
+    match node {
+        1 => solve_nodes::<1>(m, x),
+        2 => solve_nodes::<2>(m, x),
+        3 => solve_nodes::<3>(m, x),
+        4 => solve_nodes::<4>(m, x),
+        5 => solve_nodes::<5>(m, x),
+        6 => solve_nodes::<6>(m, x),
+        _ => {
+            let right = negated(x);
+            x.fill(0.0);
+            for (column, r) in m.0.chunks(m.1).zip(&right[..node]) {
+                x.iter_mut().zip(column).for_each(|(x, inverse)| *x -= inverse * r);
+            }
+        }
+    }
+}
+
+/// The same for nodes of N scalars.
+#[inline(always)]
+fn solve_nodes<const N: usize>((m, ldm): (&[f64], usize), x: &mut [f64]) {
+    let k = x.len();
+    for c in (N..k).step_by(N) {
+        let (done, later) = x.split_at_mut(c);
+        for (l, own) in done[c - N..].iter().enumerate() {
+            let column = &m[(c - N + l) * ldm + c..][..later.len()];
+            later.iter_mut().zip(column).for_each(|(x, m)| *x -= m * own);
+        }
+    }
+    for c in (0..k).step_by(N).rev() {
+        let mut left = [0.0; N];
+        left.copy_from_slice(&x[c..c + N]);
+        for (b, later) in x.iter().enumerate().skip(c + N) {
+            let column = &m[b * ldm + c..][..N];
+            for i in 0..N {
+                left[i] -= column[i] * later;
+            }
+        }
+        let mut found = [0.0; N];
+        for l in 0..N {
+            let column = &m[(c + l) * ldm + c..][..N];
+            for i in 0..N {
+                found[i] += column[i] * left[l];
+            }
+        }
+        x[c..c + N].copy_from_slice(&found);
     }
 }
 

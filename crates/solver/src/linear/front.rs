@@ -1,10 +1,10 @@
 //! Elimination of the pivots of a front [P U; L C], a chunk at a time: with a chunk D,
-//! [D R; B C] = [1 0; B D^-1 1] [D R; 0 C - B D^-1 R]. D is inverted as a whole (with pivoting inside the chunk), no
-//! pivoting between chunks (docs/adr/0009). Afterwards P holds the inverses of its chunks, what is below them times
-//! the inverse, and what is right of them as it was.
+//! [D R; B C] = [1 0; B D^-1 1] [D R; 0 C - B D^-1 R]. D is factorised over its nodes, whose diagonal blocks are
+//! inverted with pivoting; there is no pivoting between nodes (docs/adr/0009). Afterwards P holds the factors of its
+//! chunks, what is below them times the inverse, and what is right of them as it was.
 
-use super::inverse::invert;
-use super::kernel::{multiply_right, padded, subtract_large, subtract_product};
+use super::chunk::factorize_chunk;
+use super::kernel::{divide_right, padded, subtract_large, subtract_product};
 use faer::{MatMut, MatRef};
 use pulp::Simd;
 
@@ -21,8 +21,8 @@ pub struct Panel<'a> {
 /// Memory of an elimination.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    /// A chunk and its inverse.
-    inverse: Vec<f64>,
+    /// A chunk, then its factors.
+    chunk: Vec<f64>,
     /// The part of P below a chunk.
     below: Vec<f64>,
     /// Rows of a chunk right of it.
@@ -32,7 +32,7 @@ pub struct Scratch {
 impl Scratch {
     /// Memory for chunks, pivots and rows up to these numbers.
     pub fn fit(&mut self, chunk: usize, pivots: usize, rows: usize) {
-        self.inverse.resize(chunk * padded(chunk), 0.0);
+        self.chunk.resize(chunk * padded(chunk), 0.0);
         self.below.resize(chunk * padded(pivots), 0.0);
         self.right.resize(chunk * pivots.max(rows), 0.0);
     }
@@ -77,7 +77,7 @@ pub fn eliminate<S: Simd>(
         let mut at = start;
         for &(size, node) in &chunks[first..next] {
             let chunk = Chunk { at, size: size as usize, node: node as usize, stop };
-            if !invert_chunk(simd, panel, chunk, scratch) {
+            if !take_chunk(simd, panel, chunk, scratch) {
                 return false;
             }
             if chunk.end() < stop {
@@ -100,25 +100,26 @@ pub fn eliminate<S: Simd>(
     true
 }
 
-/// D := D^-1, and what is below it := itself times D^-1; the part in P also stays in `scratch.below`.
+/// Factorises D and multiplies what is below it by D^-1; the part in P also stays in `scratch.below`.
 #[inline(always)]
-fn invert_chunk<S: Simd>(simd: S, panel: &mut Panel<'_>, chunk: Chunk, scratch: &mut Scratch) -> bool {
+fn take_chunk<S: Simd>(simd: S, panel: &mut Panel<'_>, chunk: Chunk, scratch: &mut Scratch) -> bool {
     let (p, ld, k) = (panel.pivots, panel.stride, chunk.size);
     let line = padded(k);
-    let inverse = &mut scratch.inverse[..k * line];
-    for (c, out) in inverse.chunks_exact_mut(line).enumerate() {
+    let factors = &mut scratch.chunk[..k * line];
+    for (c, out) in factors.chunks_exact_mut(line).enumerate() {
         let column = &panel.p[(chunk.at + c) * p + chunk.at..][..k];
         out[..k].copy_from_slice(column);
         out[k..].fill(0.0);
     }
-    if !invert(simd, inverse, k, chunk.node) {
+    if !factorize_chunk(simd, factors, (k, chunk.node)) {
         return false;
     }
-    for (c, own) in inverse.chunks_exact(line).enumerate() {
+    for (c, own) in factors.chunks_exact(line).enumerate() {
         panel.p[(chunk.at + c) * p + chunk.at..][..k].copy_from_slice(&own[..k]);
     }
+    let sizes = (k, chunk.node);
     if panel.rows > 0 {
-        multiply_right(simd, (&mut panel.l[chunk.at * ld..], ld), inverse, (ld, k));
+        divide_right(simd, (&mut panel.l[chunk.at * ld..], ld), (factors, line), ld, sizes);
     }
     let left = p - chunk.end();
     if left > 0 {
@@ -127,7 +128,7 @@ fn invert_chunk<S: Simd>(simd: S, panel: &mut Panel<'_>, chunk: Chunk, scratch: 
             out[..left].copy_from_slice(&panel.p[(chunk.at + c) * p + chunk.end()..][..left]);
             out[left..].fill(0.0);
         }
-        multiply_right(simd, (&mut scratch.below, stride), inverse, (stride, k));
+        divide_right(simd, (&mut scratch.below, stride), (factors, line), stride, sizes);
         for (c, own) in scratch.below[..k * stride].chunks_exact(stride).enumerate() {
             panel.p[(chunk.at + c) * p + chunk.end()..][..left].copy_from_slice(&own[..left]);
         }

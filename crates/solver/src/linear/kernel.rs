@@ -170,53 +170,116 @@ fn add_rows<S: Simd, const R: usize>(simd: S, y: &mut [f64], (a, lda): (&[f64], 
     }
 }
 
-/// A := A M over `rows` rows (whole registers), with M k x k by columns `padded(k)` apart.
+/// A := A M^-1 over `rows` rows (whole registers), with M a factorised chunk of k columns `ldm` apart and nodes of
+/// `node` scalars.
 #[inline(always)]
-pub fn multiply_right<S: Simd>(simd: S, (a, lda): (&mut [f64], usize), m: &[f64], (rows, k): (usize, usize)) {
-    match k {
-        3 => multiply_by::<S, 3>(simd, (a, lda), m, rows),
-        6 => multiply_by::<S, 6>(simd, (a, lda), m, rows),
-        9 => multiply_by::<S, 9>(simd, (a, lda), m, rows),
-        12 => multiply_by::<S, 12>(simd, (a, lda), m, rows),
-        _ => multiply_by_any(simd, (a, lda), m, (rows, k)),
+pub fn divide_right<S: Simd>(
+    simd: S,
+    (a, lda): (&mut [f64], usize),
+    (m, ldm): (&[f64], usize),
+    rows: usize,
+    (k, node): (usize, usize),
+) {
+    match (node, k) {
+        (2, 2) => divide_by::<S, 2, 2>(simd, (a, lda), (m, ldm), rows),
+        (2, 4) => divide_by::<S, 2, 4>(simd, (a, lda), (m, ldm), rows),
+        (3, 3) => divide_by::<S, 3, 3>(simd, (a, lda), (m, ldm), rows),
+        (3, 6) => divide_by::<S, 3, 6>(simd, (a, lda), (m, ldm), rows),
+        (3, 9) => divide_by::<S, 3, 9>(simd, (a, lda), (m, ldm), rows),
+        (3, 12) => divide_by::<S, 3, 12>(simd, (a, lda), (m, ldm), rows),
+        (6, 6) => divide_by::<S, 6, 6>(simd, (a, lda), (m, ldm), rows),
+        (6, 12) => divide_by::<S, 6, 12>(simd, (a, lda), (m, ldm), rows),
+        _ => divide_by_any(simd, (a, lda), (m, ldm), rows, (k, node)),
     }
 }
 
+/// With M = L U over nodes of N scalars: y_c = (a_c - sum of y_b U_bc over b < c) D_c^-1, then
+/// x_c = y_c - sum of x_b L_bc over b > c.
 #[inline(always)]
-fn multiply_by<S: Simd, const K: usize>(simd: S, (a, lda): (&mut [f64], usize), m: &[f64], rows: usize) {
+fn divide_by<S: Simd, const N: usize, const K: usize>(
+    simd: S,
+    (a, lda): (&mut [f64], usize),
+    (m, ldm): (&[f64], usize),
+    rows: usize,
+) {
     let lanes = S::F64_LANES;
-    let stride = padded(K);
-    let m = &m[..K * stride];
+    let columns: [&[f64]; K] = std::array::from_fn(|c| &m[c * ldm..c * ldm + K]);
     for i in (0..rows).step_by(lanes) {
         let mut own = [simd.splat_f64s(0.0); K];
-        for (l, own) in own.iter_mut().enumerate() {
-            *own = S::as_simd_f64s(&a[l * lda + i..l * lda + i + lanes]).0[0];
+        for l in 0..K {
+            own[l] = S::as_simd_f64s(&a[l * lda + i..l * lda + i + lanes]).0[0];
         }
-        for c in 0..K {
-            let mut sum = simd.mul_f64s(simd.splat_f64s(m[c * stride]), own[0]);
-            for l in 1..K {
-                sum = simd.mul_add_f64s(simd.splat_f64s(m[c * stride + l]), own[l], sum);
+        for c in 0..K / N {
+            let mut left = [simd.splat_f64s(0.0); N];
+            for n in 0..N {
+                left[n] = own[c * N + n];
+                for b in 0..c * N {
+                    let factor = simd.splat_f64s(columns[c * N + n][b]);
+                    left[n] = simd.negate_mul_add_f64s(factor, own[b], left[n]);
+                }
             }
-            S::as_mut_simd_f64s(&mut a[c * lda + i..c * lda + i + lanes]).0[0] = sum;
+            for n in 0..N {
+                let mut sum = simd.mul_f64s(simd.splat_f64s(columns[c * N + n][c * N]), left[0]);
+                for l in 1..N {
+                    let factor = simd.splat_f64s(columns[c * N + n][c * N + l]);
+                    sum = simd.mul_add_f64s(factor, left[l], sum);
+                }
+                own[c * N + n] = sum;
+            }
+        }
+        for c in (0..K / N).rev() {
+            for n in 0..N {
+                for b in (c + 1) * N..K {
+                    let factor = simd.splat_f64s(columns[c * N + n][b]);
+                    own[c * N + n] = simd.negate_mul_add_f64s(factor, own[b], own[c * N + n]);
+                }
+            }
+        }
+        for l in 0..K {
+            S::as_mut_simd_f64s(&mut a[l * lda + i..l * lda + i + lanes]).0[0] = own[l];
         }
     }
 }
 
+/// The same for any sizes up to 64.
 #[inline(always)]
-fn multiply_by_any<S: Simd>(simd: S, (a, lda): (&mut [f64], usize), m: &[f64], (rows, k): (usize, usize)) {
+fn divide_by_any<S: Simd>(
+    simd: S,
+    (a, lda): (&mut [f64], usize),
+    (m, ldm): (&[f64], usize),
+    rows: usize,
+    (k, node): (usize, usize),
+) {
     let lanes = S::F64_LANES;
-    let stride = padded(k);
-    let mut own = [simd.splat_f64s(0.0); 64];
+    let zero = simd.splat_f64s(0.0);
+    let (mut own, mut left) = ([zero; 64], [zero; 64]);
     for i in (0..rows).step_by(lanes) {
         for l in 0..k {
             own[l] = S::as_simd_f64s(&a[l * lda + i..l * lda + i + lanes]).0[0];
         }
-        for c in 0..k {
-            let mut sum = simd.splat_f64s(0.0);
-            for l in 0..k {
-                sum = simd.mul_add_f64s(simd.splat_f64s(m[c * stride + l]), own[l], sum);
+        for c in (0..k).step_by(node) {
+            for n in c..c + node {
+                left[n] = own[n];
+                for b in 0..c {
+                    left[n] = simd.negate_mul_add_f64s(simd.splat_f64s(m[n * ldm + b]), own[b], left[n]);
+                }
             }
-            S::as_mut_simd_f64s(&mut a[c * lda + i..c * lda + i + lanes]).0[0] = sum;
+            for n in c..c + node {
+                own[n] = zero;
+                for l in c..c + node {
+                    own[n] = simd.mul_add_f64s(simd.splat_f64s(m[n * ldm + l]), left[l], own[n]);
+                }
+            }
+        }
+        for c in (0..k).step_by(node).rev() {
+            for n in c..c + node {
+                for b in c + node..k {
+                    own[n] = simd.negate_mul_add_f64s(simd.splat_f64s(m[n * ldm + b]), own[b], own[n]);
+                }
+            }
+        }
+        for l in 0..k {
+            S::as_mut_simd_f64s(&mut a[l * lda + i..l * lda + i + lanes]).0[0] = own[l];
         }
     }
 }

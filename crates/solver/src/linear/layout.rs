@@ -169,16 +169,13 @@ fn stack_sizes(analysis: &mut Analysis) {
     }
 }
 
-/// Pivot nodes gathered into chunks of at most `CHUNK` scalars (a larger node is a chunk of its own).
+/// Pivot nodes of one size gathered into chunks of at most `CHUNK` scalars (a larger node is a chunk of its own).
 fn push_chunks(graph: &Graph, pivots: &[u32], lists: &mut Lists) -> Span {
     let start = lists.chunks.len();
     for &i in pivots {
         let size = graph.sizes[i as usize];
         match lists.chunks[start..].last_mut() {
-            Some((last, node)) if *last + size <= CHUNK => {
-                *last += size;
-                *node = if *node == size { size } else { *last };
-            }
+            Some((last, node)) if *node == size && *last + size <= CHUNK => *last += size,
             _ => lists.chunks.push((size, size)),
         }
     }

@@ -3,11 +3,11 @@
 //! beats every first-order one (docs/adr/0009). Knows no contacts.
 
 mod analysis;
+mod chunk;
 mod dissection;
 mod factor;
 mod front;
 mod graph;
-mod inverse;
 mod kernel;
 mod layout;
 mod ordering;

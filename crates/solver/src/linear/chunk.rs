@@ -1,66 +1,64 @@
-//! Inverses of small matrices, the chunks of pivots. The matrix lies line by line, lines `padded(k)` apart and
-//! filled with zeros; lines may be rows or columns, for the inverse of the transpose is the transpose of the inverse.
+//! Factors of chunks of pivots, and inverses of their nodes. A matrix lies line by line, lines `padded(k)` apart and
+//! filled with zeros; for an inverse lines may be rows or columns, as that of the transpose is the transpose.
 
 use super::kernel::padded;
 use pulp::Simd;
 
-/// Inverts the k x k matrix `a` in place, `step` lines at a time (`step` divides k); false when one of the blocks met
-/// on the diagonal is singular.
+/// Factorises a chunk, by columns, in place: block LU over its nodes, with the inverses of the nodes on the diagonal.
+/// The inverse of the whole would lose the digits that contacts of one pair need, twelve rows that span six
+/// directions. False when a node is singular.
 #[inline(always)]
-pub fn invert<S: Simd>(simd: S, a: &mut [f64], k: usize, step: usize) -> bool {
-    if k == step {
-        return invert_whole(simd, a, k);
-    }
-    match step {
-        1 => invert_by::<S, 1>(simd, a, k),
-        2 => invert_by::<S, 2>(simd, a, k),
-        3 => invert_by::<S, 3>(simd, a, k),
-        4 => invert_by::<S, 4>(simd, a, k),
-        5 => invert_by::<S, 5>(simd, a, k),
-        6 => invert_by::<S, 6>(simd, a, k),
-        _ => invert_whole(simd, a, k),
+pub fn factorize_chunk<S: Simd>(simd: S, a: &mut [f64], (k, node): (usize, usize)) -> bool {
+    match node {
+        1 if k > 1 => factorize_by::<S, 1>(simd, a, k),
+        2 if k > 2 => factorize_by::<S, 2>(simd, a, k),
+        3 if k > 3 => factorize_by::<S, 3>(simd, a, k),
+        4 if k > 4 => factorize_by::<S, 4>(simd, a, k),
+        5 if k > 5 => factorize_by::<S, 5>(simd, a, k),
+        6 if k > 6 => factorize_by::<S, 6>(simd, a, k),
+        _ => invert(simd, a, k),
     }
 }
 
-/// Gauss-Jordan elimination by blocks of N lines, for k up to 16.
+/// The same for nodes of N scalars and k up to 16.
 #[inline(always)]
-fn invert_by<S: Simd, const N: usize>(simd: S, a: &mut [f64], k: usize) -> bool {
+fn factorize_by<S: Simd, const N: usize>(simd: S, a: &mut [f64], k: usize) -> bool {
     let row = padded(k);
     for c in (0..k).step_by(N) {
         let mut block = [0.0; 48];
         for i in 0..N {
             block[i * 8..i * 8 + N].copy_from_slice(&a[(c + i) * row + c..][..N]);
         }
-        if !invert_whole(simd, &mut block, N) {
+        if !invert(simd, &mut block, N) {
             return false;
         }
-        let (mut lines, mut factors) = ([[0.0; 16]; N], [[0.0; N]; 16]);
-        for (line, own) in lines.iter_mut().zip(a[c * row..].chunks_exact(row)) {
-            line[..row].copy_from_slice(own);
-        }
-        for (r, (factors, own)) in factors.iter_mut().zip(a.chunks_exact_mut(row)).take(k).enumerate() {
-            factors.copy_from_slice(&own[c..c + N]);
-            own[c..c + N].fill(0.0);
-            if (c..c + N).contains(&r) {
-                lines[r - c][c..c + N].fill(0.0);
-                lines[r - c][r] = 1.0;
-            }
-        }
+        // the columns below the node times its inverse
+        let mut below = [[0.0; 16]; N];
         for v in (0..row).step_by(S::F64_LANES) {
-            let mut scaled = [simd.splat_f64s(0.0); N];
-            for (i, (scaled, block)) in scaled.iter_mut().zip(block.chunks_exact(8)).enumerate() {
-                for (factor, line) in block[..N].iter().zip(&lines) {
-                    let line = register::<S>(line, v);
-                    *scaled = simd.mul_add_f64s(simd.splat_f64s(*factor), line, *scaled);
+            for i in 0..N {
+                let mut sum = simd.splat_f64s(0.0);
+                for l in 0..N {
+                    let factor = simd.splat_f64s(block[i * 8 + l]);
+                    sum = simd.mul_add_f64s(factor, register::<S>(a, (c + l) * row + v), sum);
                 }
-                put::<S>(a, (c + i) * row + v, *scaled);
+                put::<S>(&mut below[i], v, sum);
             }
-            for r in (0..c).chain(c + N..k) {
-                let mut sum = register::<S>(a, r * row + v);
-                for (factor, scaled) in factors[r].iter().zip(&scaled) {
-                    sum = simd.negate_mul_add_f64s(simd.splat_f64s(*factor), *scaled, sum);
+        }
+        for (i, below) in below.iter_mut().enumerate() {
+            below[..c + N].fill(0.0);
+            let column = &mut a[(c + i) * row..(c + i + 1) * row];
+            column[c..c + N].copy_from_slice(&block[i * 8..i * 8 + N]);
+            column[c + N..].copy_from_slice(&below[c + N..row]);
+        }
+        for column in a[(c + N) * row..k * row].chunks_exact_mut(row) {
+            let mut factors = [0.0; N];
+            factors.copy_from_slice(&column[c..c + N]);
+            for v in (0..row).step_by(S::F64_LANES) {
+                let mut sum = register::<S>(column, v);
+                for (factor, below) in factors.iter().zip(&below) {
+                    sum = simd.negate_mul_add_f64s(simd.splat_f64s(*factor), register::<S>(below, v), sum);
                 }
-                put::<S>(a, r * row + v, sum);
+                put::<S>(column, v, sum);
             }
         }
     }
@@ -78,9 +76,9 @@ fn put<S: Simd>(x: &mut [f64], at: usize, value: S::f64s) {
     S::as_mut_simd_f64s(&mut x[at..at + S::F64_LANES]).0[0] = value;
 }
 
-/// The same for a matrix taken as a whole, with pivoting.
+/// Inverts the k x k matrix `a` in place, with pivoting; false when it is singular.
 #[inline(always)]
-fn invert_whole<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
+fn invert<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
     let row = padded(k);
     if k <= 3 && invert_small(a, k) {
         return true;
