@@ -15,4 +15,5 @@ mod random;
 mod scenes;
 mod solvers;
 mod statics;
+mod stressed;
 mod symmetry;
