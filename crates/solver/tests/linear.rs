@@ -114,3 +114,54 @@ fn a_pivot_block_with_a_zero_on_its_diagonal_is_solved() {
     factor.solve(&analysis, &mut x);
     assert_eq!(x, [2.0, 1.0]);
 }
+
+/// Sign of the determinant by dense elimination with pivoting.
+fn dense_sign(graph: &Graph, values: &[f64]) -> f64 {
+    let n = graph.scalars();
+    let unit = |k: usize| (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+    // columns of the matrix as rows: the determinant is the same
+    let mut a: Vec<Vec<f64>> = (0..n).map(|k| product(graph, values, &unit(k))).collect();
+    let mut sign = 1.0;
+    for c in 0..n {
+        let best = (c..n).fold(c, |b, r| if a[r][c].abs() > a[b][c].abs() { r } else { b });
+        if best != c {
+            a.swap(best, c);
+            sign = -sign;
+        }
+        sign *= a[c][c].signum();
+        let own = a[c].clone();
+        for row in &mut a[c + 1..] {
+            let factor = row[c] / own[c];
+            row.iter_mut().zip(&own).for_each(|(x, o)| *x -= factor * o);
+        }
+    }
+    sign
+}
+
+#[test]
+fn the_sign_of_the_determinant_is_that_of_a_dense_elimination() {
+    let mut dice = Dice(11);
+    let mut seen = [0, 0];
+    for sizes in [&[1][..], &[2], &[3], &[6], &[1, 3, 6, 2], &[20, 3]] {
+        for side in [1, 2, 3, 5] {
+            let graph = lattice(side, sizes);
+            let mut values = values(&graph, &mut dice);
+            // a row turned round changes the sign
+            for i in 0..graph.nodes() {
+                if dice.roll() > 0.0 {
+                    for k in graph.row(i) {
+                        let columns = graph.sizes[graph.neighbours[k] as usize] as usize;
+                        let first = graph.offsets[k] as usize;
+                        values[first..first + columns].iter_mut().for_each(|x| *x = -*x);
+                    }
+                }
+            }
+            let (analysis, mut factor) = (Analysis::new(&graph), Factor::default());
+            assert!(factor.factorize(&analysis, &values));
+            let sign = factor.determinant_sign(&analysis);
+            assert_eq!(sign, dense_sign(&graph, &values), "sizes {sizes:?}, side {side}");
+            seen[usize::from(sign > 0.0)] += 1;
+        }
+    }
+    assert!(seen.iter().all(|&n| n > 3), "both signs are tried: {seen:?}");
+}

@@ -5,12 +5,12 @@
 
 use super::scaled::Scaled;
 use super::stage::Solve;
-use super::step::{Pair, direction, prepare, reach, take};
+use super::step::{Pair, centrality, direction, prepare, reach, take};
 
 /// Steps for each weight.
-const STEPS: usize = 30;
+const STEPS: usize = 40;
 /// Weights k per contact; the next one is taken where the last found no r with t > 0.
-const WEIGHTS: [f64; 2] = [1e2, 1e6];
+const WEIGHTS: [f64; 2] = [1e2, 1e4];
 /// Complementarity per contact, over the weight, at which t is known well enough.
 const KNOWN: f64 = 1e-8;
 
@@ -26,8 +26,8 @@ struct Scalars {
     push: Vec<f64>,
 }
 
-/// What W~^T z may be, along a probe and over a . z and T, where z bounds t.
-const BOUND: f64 = 1e-5;
+/// What z . (W~ v) may be over a . z and |t|, where z bounds t.
+const BOUND: f64 = 0.5;
 
 /// The largest t found \[m/s\], never above the largest velocity of q. A t above 0 comes with its r; one that is not
 /// is told only where z shows that there is no larger one: W^T z = 0 gives t <= q . z / (a . z).
@@ -49,9 +49,14 @@ pub fn strict_feasibility<const D: usize>(solve: &mut Solve<'_, D>) -> Option<f6
 fn search<const D: usize>(solve: &mut Solve<'_, D>, weight: f64) -> (f64, bool) {
     let count = solve.scaled.count();
     let largest = solve.blocks.largest_velocity() / solve.scaled.velocity_unit;
-    let push = solve.scaled.stretch[..count].iter().map(|p| p[0]).collect();
-    let mut s = Scalars { t: 0.0, room: largest, price: 1.0, weight, largest, push };
-    let mut pair = Pair::cold(&solve.scaled, 1.0);
+    let push: Vec<f64> = solve.scaled.stretch[..count].iter().map(|p| p[0]).collect();
+    // a start of the size of its own residual: from a smaller one steps stay short
+    let size = weight / (1.0 + push.iter().sum::<f64>());
+    let mut pair = Pair::cold(&solve.scaled, size);
+    solve.scaled.velocities(&pair.x, &mut pair.u);
+    let high = pair.u[..count].as_flattened().iter().fold(largest, |m, u| m.max(u.abs()));
+    pair.y.iter_mut().for_each(|y| y[0] = high);
+    let mut s = Scalars { t: 0.0, room: largest, price: size * high / largest, weight, largest, push };
     let mut best = f64::NEG_INFINITY;
     for _ in 0..STEPS {
         solve.scaled.velocities(&pair.x, &mut pair.u);
@@ -74,7 +79,7 @@ fn bounds<const D: usize>(solve: &Solve<'_, D>, pair: &mut Pair<D>, s: &Scalars)
         solve.scaled.product(probe, &mut pair.dx);
         let pairs = pair.x[..count].as_flattened().iter().zip(pair.dx[..count].as_flattened());
         let work: f64 = pairs.map(|(z, w)| z * w).sum();
-        work.abs() <= BOUND * along * s.largest
+        s.t < 0.0 && work.abs() <= BOUND * along * -s.t
     })
 }
 
@@ -128,7 +133,10 @@ fn step<const D: usize>(solve: &mut Solve<'_, D>, pair: &mut Pair<D>, s: &mut Sc
     let (_, affine) = go(pair, 0.0)?;
     let sigma = (1.0 - affine.min(1.0)).powi(3).clamp(1e-4, 0.9);
     let ([dt, room, price], longest) = go(pair, sigma * m)?;
-    let length = (0.9 * longest).min(1.0);
+    let mut length = (0.9 * longest).min(1.0);
+    while length > 1e-6 && centrality(scaled, pair, length) < 0.01 {
+        length *= 0.8;
+    }
     take(scaled, pair, length);
     s.t += length * dt;
     s.room += length * room;

@@ -17,5 +17,6 @@ mod random;
 mod scenes;
 mod solvers;
 mod statics;
+mod stressed;
 mod symmetry;
 mod warm;

@@ -292,3 +292,28 @@ fn strict_feasibility_is_positive_where_w_is_regular_and_not_where_nothing_solve
         }
     }
 }
+
+/// The solver's own strict feasibility beside the oracle's: the same sign wherever it tells one, and it tells one
+/// wherever W is symmetric and moderately scaled.
+#[test]
+fn strict_feasibility_agrees_with_the_oracle() {
+    let mut told = [0, 0];
+    let families = [Family::FullRank, Family::RankDeficient, Family::Sparse, Family::HighFriction];
+    let known = families.into_iter().flat_map(|f| {
+        (0..12).map(move |seed| known(f, 1 + seed as usize % 3, 2 + seed as usize, seed).problem)
+    });
+    let hopeless = (1..4).flat_map(|d| crate::random::hopeless(d).into_iter().map(|p| p.1));
+    for problem in known.chain(hopeless) {
+        let theirs = strict_feasibility(&problem);
+        let own = carom_solver::exact::strict_feasibility(&problem);
+        if theirs.abs() > 1e-3 {
+            let own = own.unwrap_or_else(|| panic!("nothing told, oracle {theirs:e}: {problem:?}"));
+            assert!(own * theirs > 0.0, "{own:e}, oracle {theirs:e}: {problem:?}");
+            told[usize::from(own > 0.0)] += 1;
+        }
+    }
+    assert!(told.iter().all(|&n| n >= 6), "{told:?}");
+    let (_, walls) = crate::random::hopeless(3).swap_remove(0);
+    let t = carom_solver::exact::strict_feasibility(&walls).expect("a bound");
+    assert!((t + 1.0).abs() < 1e-6, "two walls that approach at 1 m/s each: {t}");
+}
