@@ -47,7 +47,7 @@ impl Triangle {
 }
 
 impl<const D: usize> Krylov<D> {
-    /// Adds to x what brings its `residual` down to `enough`, or as far as steps help; the size of what is left.
+    /// All vectors are padded, with zeros. Adds to x what brings its `residual` down to `enough`, or as far as steps help; the size of what is left.
     pub fn correct(
         &mut self,
         (residual, enough): (&[[f64; D]], f64),

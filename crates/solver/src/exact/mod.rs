@@ -5,6 +5,7 @@
 // components are read by their index as in the equations; a negated comparison lets NaN through, as it should
 #![allow(clippy::needless_range_loop, clippy::neg_cmp_op_on_partial_ord)]
 
+mod at_once;
 pub(crate) mod blocks;
 mod bodies;
 mod cone;
@@ -39,11 +40,11 @@ use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, 
 use crate::impulse_solver::ImpulseChoice;
 use crate::methods::lemke::Lemke;
 use crate::watch::{Progress, Watch, unwatched};
+use at_once::at_once;
 use blocks::Blocks;
 pub use contacts::ExactContacts;
 use interior_point::{CENTRED, Start, interior_point};
 use judge::Errors;
-use local::Local;
 use path::follow;
 use proximal::proximal;
 use stage::{Solve, StageEnd};
@@ -155,58 +156,6 @@ impl FrictionSolver for Exact {
             _ => in_dimension::<3>(problem, settings, impulses, watch),
         }
     }
-}
-
-/// What needs no iteration over contacts: a single contact, and few contacts without friction. `None` when that does
-/// not solve the problem; the impulses are then as they were.
-fn at_once(
-    problem: &FrictionProblem,
-    settings: &FrictionSettings,
-    impulses: &mut [f64],
-) -> Option<FrictionOutcome> {
-    let started = Instant::now();
-    let (name, found, iterations) = match (problem.contacts(), problem.dimension) {
-        (1, 2) => ("one contact", alone::<2>(problem).to_vec(), 1),
-        (1, 3) => ("one contact", alone::<3>(problem).to_vec(), 1),
-        (n, 1) if n <= principal_pivots::LARGEST => {
-            let (found, rounds) = principal_pivots::pivoted(&problem.matrix, &problem.velocity, impulses)?;
-            ("pivots", found, rounds)
-        }
-        _ => return None,
-    };
-    let seconds = started.elapsed().as_secs_f64();
-    let measure = measure(problem, &found);
-    measure.solves(settings.tolerance).then(|| {
-        impulses.copy_from_slice(&found);
-        FrictionOutcome {
-            solved: true,
-            measure,
-            stages: vec![Stage { name, iterations }],
-            factorisations: 0,
-            seconds,
-            reason: String::new(),
-            strict_feasibility: None,
-        }
-    })
-}
-
-/// The impulse of the only contact.
-fn alone<const D: usize>(problem: &FrictionProblem) -> [f64; D] {
-    let w = problem.matrix.blocks(D);
-    let block = std::array::from_fn(|r| std::array::from_fn(|c| w.values[D * r + c]));
-    let velocity = std::array::from_fn(|k| problem.velocity[k]);
-    let mut local = Local::<D>::new(&block, problem.friction[0]);
-    let mut found = [0.0; D];
-    // the first round finds the slip to the square of its last correction, the others what rounding leaves
-    for _ in 0..8 {
-        let before = found;
-        found = local.solve(&velocity, &before);
-        if found == before {
-            break;
-        }
-    }
-    project_on_cone(&mut found, problem.friction[0]);
-    found
 }
 
 /// Complementarity problems that are not monotone are beyond every stage, but not beyond pivoting.

@@ -165,10 +165,10 @@ impl<const D: usize> System<D> {
         if left > enough {
             let (form, blocks) = (&mut self.form, &self.blocks);
             left = self.krylov.correct(
-                (&self.residual[..count], enough),
+                (&self.residual, enough),
                 |v| form.solve(v),
                 |v, out| applied(scaled, blocks, v, out),
-                &mut x[..count],
+                x,
             );
         }
         self.left = if size > 0.0 { left / size } else { 0.0 };

@@ -1,8 +1,8 @@
 //! Numeric factorisation and solution, front by front from the leaves to the roots (Duff and Reid 1983).
 
 use super::analysis::Analysis;
+use super::chunk::determinant_sign;
 use super::front::{Panel, Scratch, eliminate};
-use super::inverse::determinant_sign;
 use super::kernel::{SLACK, add_product, padded};
 use super::layout::Front;
 use pulp::{Arch, Simd, WithSimd};
@@ -60,10 +60,14 @@ impl Factor {
         let mut sign = 1.0;
         for front in &analysis.fronts {
             let mut at = 0;
-            for &(k, _) in front.chunks.of(&analysis.lists.chunks) {
-                let chunk = &self.panels[front.panel + at * front.pivots + at..];
-                sign *= determinant_sign(chunk, k as usize, front.pivots);
-                at += k as usize;
+            for &(k, node) in front.chunks.of(&analysis.lists.chunks) {
+                // inverses of nodes stand on the diagonal of a chunk of several, that of the whole otherwise
+                let step = if (1..k).contains(&node) && node <= 6 { node } else { k };
+                for _ in (0..k).step_by(step as usize) {
+                    let inverse = &self.panels[front.panel + at * front.pivots + at..];
+                    sign *= determinant_sign(inverse, step as usize, front.pivots);
+                    at += step as usize;
+                }
             }
         }
         sign

@@ -106,7 +106,7 @@ fn folds_of_the_central_path_are_passed() {
 fn what_is_not_solved_is_told_with_its_strict_feasibility() {
     let rail = FrictionProblem {
         dimension: 2,
-        matrix: compressed(&[vec![1.0, 2.0], vec![2.0, 4.0]]),
+        matrix: compressed(&[vec![1.0, 2.0], vec![2.0, 4.0]]).into(),
         velocity: vec![-1.0, 0.0],
         friction: vec![0.6],
     };
