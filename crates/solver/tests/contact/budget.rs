@@ -1,6 +1,5 @@
 //! A budget of factorisations ends the solve where it ends, with the best that was seen and a stop that says so.
 
-use crate::common::*;
 use crate::scenes::*;
 use carom_math::Space;
 use carom_solver::{ImpulseChoice, Impulses, SolveSettings, SolverKind, Stop, residual};
