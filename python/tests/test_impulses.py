@@ -1,4 +1,4 @@
-"""Which impulses, and for how many factorisations, from Python: attributes of a world, keys of a scene, arguments."""
+"""Which impulses, and for how many factorisations: attributes of a world, keys of a scene, arguments."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_the_least_forces_on_a_table_are_those_of_statics(solver: str) -> None:
 
 def test_a_solver_that_finds_any_impulses_refuses_to_be_asked_for_the_least() -> None:
     w = table(solver="pgs", impulses="minimum_norm")
-    with pytest.raises(StepError, match="minimum_norm.*exact"):
+    with pytest.raises(StepError, match=r"minimum_norm.*exact"):
         w.step()
 
 
