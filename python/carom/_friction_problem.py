@@ -235,8 +235,8 @@ class FrictionProblem:
         tolerance : solved means `FrictionMeasure.solves` of it [1]
         iterations : most sweeps or first-order iterations to spend [1]
         factorisations : most factorisations to spend, by solvers that factorise [1]
-        impulses : "any" of those that solve the problem, or those of "minimum_norm" [N s], found by "exact" where
-            W is symmetric
+        impulses : "any" of those that solve the problem, or those of "minimum_norm" [N s], found by "exact"
+            where W is symmetric
         start : (k, d) or (n,) impulses to start from [N s]; zeros when absent
         tell : called about every 50 ms with stage, iterations and residual; False stops the solve, which then
             gives its best
@@ -255,14 +255,14 @@ class FrictionProblem:
         limit = number(tolerance, "tolerance", "1")
         if not 0 <= limit < np.inf:
             raise refused(None, "tolerance", "must be finite and >= 0", limit, "e.g. 1e-8")
-        budgets = []
+        budgets: list[int] = []
         for label, value in (("iterations", iterations), ("factorisations", factorisations)):
             most = whole(value, label, "give the most to spend")
             if not 0 <= most < 2**63:
                 raise refused(None, label, "must be >= 0", most, "give the most to spend")
             budgets.append(most)
         flat = None if start is None else self.flat(start, "start")
-        found = self._native.solve(solver, limit, *budgets, str(impulses), flat, tell)
+        found = self._native.solve(solver, limit, budgets[0], budgets[1], str(impulses), flat, tell)
         error, solution = found.pop("error"), self._solution(solver, found)
         if error is not None:
             error.best = solution

@@ -264,8 +264,8 @@ class ContactProblem:
         iterations : most to spend [1]
         tolerance : residual at which to stop [m/s]; 0 spends all iterations
         factorisations : most to spend, by solvers that factorise [1]
-        impulses : "any" of those that solve the problem, or those of "minimum_norm" [N s], which depend neither
-            on the order of contacts nor on the start; found by "exact" and "auto"
+        impulses : "any" of those that solve the problem, or those of "minimum_norm" [N s], which depend
+            neither on the order of contacts nor on the start; found by "exact" and "auto"
         friction_law : "disc" or "box"; the problem's own when absent
         start : impulses to start from, as `Solution.impulse` (with rows: flat, in scalar order) [N s]
 

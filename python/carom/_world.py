@@ -67,8 +67,8 @@ class World(Judged):
         "Most factorisations per solve [1], read by solvers that factorise; 2000 unless said."
     )
     impulses: Setting[str] = Setting(
-        'Which of several impulses that solve: "any" (default) or "minimum_norm", the least in N s, which depend '
-        'neither on the steps before nor on the order of contacts; found by the solvers "exact" and "auto".'
+        'Which of several impulses that solve: "any" (default) or "minimum_norm", the least in N s, which '
+        'depend neither on the steps before nor on the order of contacts; found by "exact" and "auto".'
     )
     on_inaccurate: Setting[str] = Setting(
         'What happens to a solve above the tolerance: "ignore", "warn" (default; once per run), "raise" (the '

@@ -63,11 +63,18 @@ def solve_command(
     problem = FrictionProblem.load(file)
     first = None if start is None else read_impulse_file(start)
     solutions: list[FrictionSolution] = []
-    budgets = {"iterations": iterations, "factorisations": factorisations}
     try:
         with SolveLine(sys.stderr) as tell:
             for _ in range(repeat):
-                solutions.append(problem.solve(solver, tolerance, **budgets, start=first, tell=tell))
+                found = problem.solve(
+                    solver,
+                    tolerance,
+                    iterations=iterations,
+                    factorisations=factorisations,
+                    start=first,
+                    tell=tell,
+                )
+                solutions.append(found)
     except KeyboardInterrupt as interrupt:
         best = getattr(interrupt, "best", None)
         if best is not None and not solutions:
