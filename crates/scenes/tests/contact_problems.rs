@@ -1,7 +1,7 @@
 //! Made contact problems have the bodies and contacts they promise, pass the check that files must pass, stay the
 //! same from run to run, and survive the way through a flat file.
 
-use carom::solver::{FrictionProblem, measure};
+use carom::solver::{FrictionProblem, Impulses, SolveSettings, SolverKind, Stop, measure};
 use carom::{ContactProblem, Planar, Space, Spatial};
 use carom_scenes::contact_problems::*;
 use carom_scenes::stage::Stage;
@@ -112,4 +112,26 @@ fn every_generator_but_towers_exists_in_both_spaces() {
     }
     // every joint has twice the contacts in space; the lattice of 2 has 16 in space and 6 in the plane
     assert_eq!(all::<Spatial>() - 16, 2 * (all::<Planar>() - 6));
+}
+
+/// Bodies that stand still leave the stiffness of their contacts near zero; the systems lost all their digits there, and
+/// the interior point gave up.
+#[test]
+fn a_wall_at_rest_is_solved_by_the_interior_point_alone() {
+    let problem = brick_wall::<Spatial>(25, 25, &Variation::at_rest(1)).unwrap();
+    let exact = SolverKind::ALL.into_iter().find(|k| k.name() == "exact").unwrap();
+    let settings = SolveSettings { iterations: usize::MAX, tolerance: 1e-8, ..SolveSettings::default() };
+    let mut stages = Vec::new();
+    let outcome = exact.make::<Spatial>().solve_watched(
+        &problem,
+        &settings,
+        &mut Impulses::zero(&problem),
+        &mut |progress| {
+            stages.push(progress.stage);
+            true
+        },
+    );
+    assert_eq!(outcome.stop, Stop::Converged);
+    stages.dedup();
+    assert_eq!(stages, ["sweeps", "interior point"]);
 }
