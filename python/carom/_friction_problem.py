@@ -76,8 +76,8 @@ class FrictionSolution:
     factorisations : spent in all stages [1]
     seconds : wall time of the solve alone [s]
     reason : why it is not solved; empty when it is
-    strict_feasibility : when not solved and known, the largest t with some r in K such that u_N >= mu |u_T| +
-        t everywhere [m/s]; at or below 0 no solution need exist
+    strict_feasibility : when not solved and known, the largest t with some r such that u_N >= mu |u_T| + t
+        everywhere [m/s]; at or below 0 no solution need exist
     stopped : whether whoever watched asked to stop
     """
 

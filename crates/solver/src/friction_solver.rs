@@ -55,8 +55,9 @@ pub struct FrictionOutcome {
     pub seconds: f64,
     /// Why it is not solved, in words; empty when it is.
     pub reason: String,
-    /// When not solved and known: the largest t with some r in K such that u_N >= mu |u_T| + t everywhere
-    /// \[m/s\]; at or below 0 no solution need exist.
+    /// When not solved and known: the largest t, at most the largest entry of q, with some r such that
+    /// u_N >= mu |u_T| + t everywhere \[m/s\]; at or below 0 no solution need exist. Its factorisations are not
+    /// among those above.
     pub strict_feasibility: Option<f64>,
 }
 
