@@ -2,6 +2,9 @@
 //! Contact matrices are diagonal heavy blocks on a sparse graph; at this price per factorisation a Newton method
 //! beats every first-order one (docs/adr/0009). Knows no contacts.
 
+// rows and columns are read by their index as in the equations
+#![allow(clippy::needless_range_loop)]
+
 mod analysis;
 mod chunk;
 mod dissection;
