@@ -26,7 +26,7 @@ fn largest_eigenvalue(diagonal: [f64; 3], off: [f64; 3]) -> f64 {
     let [x, y, z] = diagonal.map(|d| d - mean);
     let [a, b, c] = off;
     let spread = ((x * x + y * y + z * z + 2.0 * (a * a + b * b + c * c)) / 6.0).sqrt();
-    if !(spread > 1e-16 * mean.abs()) {
+    if spread <= 1e-16 * mean.abs() || spread.is_nan() {
         return mean;
     }
     let scale = 1.0 / spread;
