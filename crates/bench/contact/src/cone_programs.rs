@@ -115,7 +115,7 @@ impl FrictionSolver for ConePrograms {
     fn name(&self) -> &'static str {
         "clarabel"
     }
-    fn solve(
+    fn work(
         &mut self,
         problem: &FrictionProblem,
         settings: &FrictionSettings,
