@@ -1,10 +1,12 @@
 //! Body space: with W~ = B B^T, B the contacts' rows on bodies of unit mass, (1 + B^T D^-1 B) dv = B^T D^-1 rhs and
 //! dx = D^-1 (rhs - B dv). One node per body: where many contacts share few bodies the factors are far smaller.
 
+use super::analyses::Analyses;
 use super::operator::Operator;
 use super::system::{Block, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
 use pulp::{Arch, Simd, WithSimd};
+use std::sync::Arc;
 
 /// One contact's rows on its two bodies, in the units of the scaled problem.
 #[derive(Clone, Debug, Default)]
@@ -26,7 +28,7 @@ pub const NO_BODY: u32 = u32::MAX;
 #[derive(Clone, Debug, Default)]
 pub struct BodySpace<const D: usize> {
     rows: Rows<D>,
-    analysis: Analysis,
+    analysis: Arc<Analysis>,
     factor: Factor,
     values: Vec<f64>,
     /// Where each body's own block starts in the values.
@@ -45,15 +47,15 @@ const ROUGH: f64 = 2.0;
 
 impl<const D: usize> BodySpace<D> {
     /// The system in body space where that is cheaper than contact space.
-    pub fn of(operator: &Operator<D>) -> Option<Self> {
+    pub fn of(operator: &Operator<D>, analyses: &mut Analyses) -> Option<Self> {
         let Operator::Bodies(rows) = operator else { return None };
         let (bodies, contacts) = (rows.bodies * rows.freedoms, rows.pairs.len() * D);
         let graph = body_graph(rows);
-        let analysis = Analysis::new(&graph);
+        let analysis = analyses.of(&graph);
         // with so few contacts per body that contact space may be as cheap, the analyses decide
         if 2 * bodies > contacts {
             let matrix = operator.matrix(60 * rows.pairs.len() + 1000);
-            if matrix.is_some_and(|m| Analysis::new(&m.graph).flops < ROUGH * analysis.flops) {
+            if matrix.is_some_and(|m| analyses.of(&m.graph).flops < ROUGH * analysis.flops) {
                 return None;
             }
         }
@@ -63,11 +65,11 @@ impl<const D: usize> BodySpace<D> {
     /// The system in body space, whatever it costs.
     pub fn new(rows: Rows<D>) -> Self {
         let graph = body_graph(&rows);
-        let analysis = Analysis::new(&graph);
+        let analysis = Arc::new(Analysis::new(&graph));
         BodySpace::with(rows, graph, analysis)
     }
 
-    fn with(rows: Rows<D>, graph: Graph, analysis: Analysis) -> Self {
+    fn with(rows: Rows<D>, graph: Graph, analysis: Arc<Analysis>) -> Self {
         let offset = |a: u32, b: u32| {
             if a == NO_BODY || b == NO_BODY {
                 return NOWHERE;

@@ -1,6 +1,7 @@
 //! The exact solver on problems of bodies and contacts: rows on bodies of unit mass, B = J M^-1/2, so that
 //! W = B B^T is never formed where many contacts share few bodies. Judged by the largest contact's error in m/s.
 
+use super::analyses::Analyses;
 use super::blocks::Blocks;
 use super::bodies::{NO_BODY, Rows};
 use super::operator::Operator;
@@ -21,6 +22,7 @@ use carom_math::{Column, Inertia, Space};
 pub struct ExactContacts<S: Space> {
     prepared: Prepared<S>,
     given: Impulses<S>,
+    analyses: Analyses,
 }
 
 /// How far below the asked tolerance the solver's own measure goes first: it is not the residual, but within a
@@ -94,7 +96,7 @@ impl<S: Space> ExactContacts<S> {
                 early: false,
                 feasibility: false,
             };
-            let answer = solve_blocks(&blocks, &goal, &mut r, watch);
+            let answer = solve_blocks(&blocks, &goal, &mut r, &mut self.analyses, watch);
             iterations += answer.iterations();
             factorisations = (factorisations + answer.factorisations).min(settings.factorisations);
             read(&blocks, &mut r, impulses);

@@ -4,9 +4,11 @@
 //! formed: where some contacts of a group stick and others are open it would hold 1e12 next to 1. Found from W~
 //! alone: such contacts are coupled to the same others.
 
+use super::analyses::Analyses;
 use super::operator::Matrix;
 use super::system::{Block, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
+use std::sync::Arc;
 
 /// Fewer contacts are not worth the condensing.
 const FEW: usize = 96;
@@ -38,7 +40,7 @@ struct Group {
 pub struct GroupSpace<const D: usize> {
     groups: Vec<Group>,
     graph: Graph,
-    analysis: Analysis,
+    analysis: Arc<Analysis>,
     factor: Factor,
     /// V.
     reduced: Vec<f64>,
@@ -56,7 +58,7 @@ pub struct GroupSpace<const D: usize> {
 
 impl<const D: usize> GroupSpace<D> {
     /// The condensed system, if at least half of the contacts condense to fewer directions than they have rows.
-    pub fn of(matrix: &Matrix) -> Option<Self> {
+    pub fn of(matrix: &Matrix, analyses: &mut Analyses) -> Option<Self> {
         let mut groups = gather(&matrix.graph, D)?;
         let (rows, columns) = sketches::<D>(matrix);
         for group in groups.iter_mut().filter(|g| g.contacts.len() > 1) {
@@ -81,7 +83,7 @@ impl<const D: usize> GroupSpace<D> {
             group.compliance = vec![0.0; group.rank * group.rank];
         }
         Some(GroupSpace {
-            analysis: Analysis::new(&graph),
+            analysis: analyses.of(&graph),
             factor: Factor::default(),
             values: reduced.clone(),
             reduced,

@@ -6,6 +6,7 @@
 // components are read by their index as in the equations; a negated comparison lets NaN through, as it should
 #![allow(clippy::needless_range_loop, clippy::neg_cmp_op_on_partial_ord)]
 
+mod analyses;
 mod at_once;
 pub(crate) mod blocks;
 mod bodies;
@@ -41,6 +42,7 @@ use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, 
 use crate::impulse_solver::ImpulseChoice;
 use crate::methods::lemke::Lemke;
 use crate::watch::{Progress, Watch, unwatched};
+use analyses::Analyses;
 use at_once::at_once;
 use blocks::Blocks;
 pub use contacts::ExactContacts;
@@ -207,7 +209,7 @@ fn in_dimension<const D: usize>(
         early: true,
         feasibility: true,
     };
-    let answer = solve_blocks(&blocks, &goal, &mut r, watch);
+    let answer = solve_blocks(&blocks, &goal, &mut r, &mut Analyses::default(), watch);
     for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
         project_on_cone(r, blocks.friction[i]);
     }
@@ -253,7 +255,7 @@ pub fn strict_feasibility(problem: &FrictionProblem) -> Option<f64> {
 fn feasibility_in<const D: usize>(problem: &FrictionProblem) -> Option<f64> {
     let blocks = Blocks::<D>::of(problem);
     let mut watch = unwatched;
-    let mut solve = Solve::of(&blocks, 0.0, usize::MAX, &mut watch);
+    let mut solve = Solve::of(&blocks, (0.0, usize::MAX), &mut Analyses::default(), &mut watch);
     feasibility::strict_feasibility(&mut solve)
 }
 
@@ -277,6 +279,7 @@ fn solve_blocks<const D: usize>(
     blocks: &Blocks<D>,
     goal: &Goal,
     r: &mut [[f64; D]],
+    analyses: &mut Analyses,
     watch: &mut Watch,
 ) -> Answer {
     let mut u = vec![[0.0; D]; r.len()];
@@ -307,7 +310,7 @@ fn solve_blocks<const D: usize>(
         return answer;
     }
     let mut watched = |p: &Progress| watch(p);
-    let mut solve = Solve::of(blocks, goal.tolerance, goal.factorisations, &mut watched);
+    let mut solve = Solve::of(blocks, (goal.tolerance, goal.factorisations), analyses, &mut watched);
     solve.scaled.in_cone_units(r, &mut solve.best);
     solve.best_errors = errors;
     answer.end = match given {

@@ -1,5 +1,6 @@
 //! What the factorising stages share: the problem, its system, the best iterate so far and the budget.
 
+use super::analyses::Analyses;
 use super::blocks::Blocks;
 use super::cone::{dot, natural_map, newton_block, project};
 use super::judge::Errors;
@@ -38,11 +39,16 @@ pub struct Solve<'a, const D: usize> {
 
 impl<'a, const D: usize> Solve<'a, D> {
     /// A solve that has no iterate yet.
-    pub fn of(blocks: &'a Blocks<D>, tolerance: f64, budget: usize, watch: &'a mut Watch<'a>) -> Self {
+    pub fn of(
+        blocks: &'a Blocks<D>,
+        (tolerance, budget): (f64, usize),
+        analyses: &mut Analyses,
+        watch: &'a mut Watch<'a>,
+    ) -> Self {
         let scaled = Scaled::of(blocks);
         Solve {
             blocks,
-            system: System::of(&scaled),
+            system: System::of(&scaled, analyses),
             tolerance,
             budget,
             best: vec![[0.0; D]; scaled.velocity.len()],

@@ -2,6 +2,7 @@
 //! space factorises them as they stand; contacts between the same two bodies are condensed where that is cheaper
 //! (`groups`), and bodies take the contacts' place where the problem knows them (`bodies`).
 
+use super::analyses::Analyses;
 use super::bodies::BodySpace;
 use super::groups::GroupSpace;
 use super::krylov::Krylov;
@@ -50,7 +51,7 @@ enum Form<const D: usize> {
 /// One node of the factorised graph per contact.
 #[derive(Clone, Debug, Default)]
 struct ContactSpace {
-    analysis: Analysis,
+    analysis: Arc<Analysis>,
     factor: Factor,
     matrix: Arc<Matrix>,
     /// W~ + D.
@@ -58,9 +59,9 @@ struct ContactSpace {
 }
 
 impl ContactSpace {
-    fn of(matrix: Arc<Matrix>) -> Self {
+    fn of(matrix: Arc<Matrix>, analyses: &mut Analyses) -> Self {
         ContactSpace {
-            analysis: Analysis::new(&matrix.graph),
+            analysis: analyses.of(&matrix.graph),
             factor: Factor::default(),
             values: matrix.values.clone(),
             matrix,
@@ -83,15 +84,18 @@ const LOST: f64 = 1e-6;
 
 impl<const D: usize> System<D> {
     /// The system of a scaled problem.
-    pub fn of(scaled: &Scaled<D>) -> Self {
+    pub fn of(scaled: &Scaled<D>, analyses: &mut Analyses) -> Self {
         let form = match &scaled.operator {
-            Operator::Matrix(matrix) => match GroupSpace::of(matrix) {
+            Operator::Matrix(matrix) => match GroupSpace::of(matrix, analyses) {
                 Some(groups) => Form::Groups(groups),
-                None => Form::Contacts(ContactSpace::of(matrix.clone())),
+                None => Form::Contacts(ContactSpace::of(matrix.clone(), analyses)),
             },
-            operator => match BodySpace::of(operator) {
+            operator => match BodySpace::of(operator, analyses) {
                 Some(bodies) => Form::Bodies(bodies),
-                None => Form::Contacts(ContactSpace::of(operator.matrix(usize::MAX).unwrap_or_default())),
+                None => {
+                    let matrix = operator.matrix(usize::MAX).unwrap_or_default();
+                    Form::Contacts(ContactSpace::of(matrix, analyses))
+                }
             },
         };
         let n = scaled.velocity.len();
@@ -188,7 +192,7 @@ impl<const D: usize> System<D> {
             Form::Contacts(space) => Pivoted::of(&space.matrix).map(Form::Pivoted),
             Form::Groups(_) | Form::Bodies(_) => {
                 let matrix = scaled.operator.matrix(60 * scaled.count() + 1000);
-                let space = matrix.map(ContactSpace::of);
+                let space = matrix.map(|m| ContactSpace::of(m, &mut Analyses::default()));
                 space.filter(|s| s.analysis.flops < DEAR as _).map(Form::Contacts)
             }
             Form::Pivoted(_) => None,
