@@ -1,5 +1,5 @@
 //! The exact solver: Coulomb friction to the asked tolerance, one setting for every problem (theory chapter 7):
-//! A sweeps with the exact local solution; B interior point on the nonassociated law; C a Newton finisher inside B;
+//! A sweeps with the exact local solution, and Newton from where they end; B interior point on the nonassociated law; C a Newton finisher inside B;
 //! D proximal Newton; E one curve followed through its folds; F a ladder of other starts. The best iterate of all
 //! stages is returned with its errors.
 

@@ -8,10 +8,9 @@ use carom_math::Space;
 
 /// The stages in order. Conjugate gradients take the sweeps on at the same cost each; `exact` solves every contact
 /// law to any tolerance by factorising; `lemke` takes what `exact` refuses, bounded rows in small problems.
-/// Tried on warm-started steps of the catalogue's stacks, pyramids and card house: `apgd` in the place of `nncg` takes 1.0
-/// to 2.4 times as long at 1e-6 and 1.1 to 1.5 times at 1e-9, `apgd` as one more rung 1.0 to 1.8 times: a hundred
-/// iterations are too few for it where they are too few for `nncg`. `exact` straight after `pgs` is a third faster on
-/// stacks and half as slow again on pyramids.
+/// Tried on warm-started steps of the catalogue's stacks, pyramids and card house: `apgd` in the place of `nncg` or
+/// as one more rung is no faster anywhere: a hundred iterations are too few for it where they are too few for `nncg`.
+/// `exact` straight after `pgs` is faster on stacks and slower on pyramids.
 const STAGES: [SolverKind; 4] = [SolverKind::Pgs, SolverKind::Nncg, SolverKind::Exact, SolverKind::Lemke];
 
 /// The solver.
