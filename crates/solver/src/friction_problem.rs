@@ -171,25 +171,31 @@ fn not_zero(x: f64) -> f64 {
 /// Measures impulses against a problem; independent of every solver.
 pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
     match problem.dimension {
-        1 => measured::<1>(problem, impulses, &norms(problem)),
-        2 => measured::<2>(problem, impulses, &norms(problem)),
-        _ => measured::<3>(problem, impulses, &norms(problem)),
+        1 => measured_in::<1>(problem, impulses),
+        2 => measured_in::<2>(problem, impulses),
+        _ => measured_in::<3>(problem, impulses),
     }
 }
 
-/// The spectral norms of the diagonal blocks of W; 1 for a block of zeros.
-pub(crate) fn norms(problem: &FrictionProblem) -> Vec<f64> {
-    let d = problem.dimension;
-    let w = problem.matrix.blocks(d);
-    let norm = match d {
-        1 => spectral_norm::<1>,
-        2 => spectral_norm::<2>,
-        _ => spectral_norm::<3>,
+/// Up to so many contacts nothing is allocated for a measure.
+const FEW: usize = 16;
+
+fn measured_in<const D: usize>(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
+    let w = problem.matrix.blocks(D);
+    let norm = |i: usize| {
+        let at = w.diagonal[i] as usize;
+        not_zero(spectral_norm::<D>(&w.values[at..][..D * D]))
     };
-    w.diagonal.iter().map(|&at| not_zero(norm(&w.values[at as usize..][..d * d]))).collect()
+    if problem.contacts() > FEW {
+        let norms: Vec<f64> = (0..problem.contacts()).map(norm).collect();
+        return measured::<D>(problem, impulses, &norms);
+    }
+    let mut norms = [1.0; FEW];
+    norms.iter_mut().enumerate().take(problem.contacts()).for_each(|(i, n)| *n = norm(i));
+    measured::<D>(problem, impulses, &norms)
 }
 
-/// The same with the norms of the diagonal blocks at hand.
+/// The same with the norms of the diagonal blocks at hand, 1 for a block of zeros.
 pub(crate) fn measured<const D: usize>(
     problem: &FrictionProblem,
     impulses: &[f64],
@@ -197,11 +203,29 @@ pub(crate) fn measured<const D: usize>(
 ) -> Measure {
     let w = problem.matrix.blocks(D);
     let (impulses, _) = impulses.as_chunks::<D>();
+    let count = impulses.len();
+    if count > FEW {
+        let mut spaced = impulses.to_vec();
+        spaced.resize(padded(count), [0.0; D]);
+        let mut velocity = vec![[0.0; D]; count];
+        product(&w, &spaced, &mut velocity);
+        return judged(problem, impulses, norms, &velocity);
+    }
+    // a whole register may be read past the last contact
+    let (mut spaced, mut velocity) = ([[0.0; D]; FEW + 4], [[0.0; D]; FEW]);
+    spaced[..count].copy_from_slice(impulses);
+    product(&w, &spaced, &mut velocity[..count]);
+    judged(problem, impulses, norms, &velocity)
+}
+
+/// The measures of impulses that add W r = `velocity` to the given velocities.
+fn judged<const D: usize>(
+    problem: &FrictionProblem,
+    impulses: &[[f64; D]],
+    norms: &[f64],
+    velocity: &[[f64; D]],
+) -> Measure {
     let (given, _) = problem.velocity.as_chunks::<D>();
-    let mut spaced = impulses.to_vec();
-    spaced.resize(padded(impulses.len()), [0.0; D]);
-    let mut velocity = vec![[0.0; D]; impulses.len()];
-    product(&w, &spaced, &mut velocity);
     let (size, top) = (not_zero(length(&problem.velocity)), not_zero(largest(&problem.velocity)));
     let strongest = impulses.iter().map(|r| length(r)).fold(1e-300, f64::max);
     let mut m = Measure::default();

@@ -1,7 +1,7 @@
 """python -m bench_contact: the contact solvers of carom beside those of Siconos and Pinocchio.
 
 Problems are the .npz or flat .bin files of a folder. Every solver starts from zero impulses; timed is the
-CPU time of its thread in the solve alone, best of up to 15 repeats within half a second; the impulses are
+CPU time of its thread in the solve alone, best of up to 100 repeats within half a second; the impulses are
 judged by one program that is none of the solvers. A reference's own tolerance is tightened until the judge is
 content.
 """

@@ -37,7 +37,7 @@ class Rules:
 
     tolerances: tuple[str, ...]
     first: float = 1.0
-    repeats: int = 15
+    repeats: int = 100
     budget: float = 0.5
     limit: float = 3.0
 

@@ -17,7 +17,7 @@ pub struct Rules {
 
 impl Default for Rules {
     fn default() -> Self {
-        Rules { repeats: 15, budget: 0.5, limit: 10.0 }
+        Rules { repeats: 100, budget: 0.5, limit: 10.0 }
     }
 }
 

@@ -6,6 +6,9 @@ use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, Stage};
 use std::time::Instant;
 
+/// Corrections of a single impulse below this share of it square to rounding.
+const SMALL: f64 = 1e-9;
+
 /// Solves such a problem; `None` when it is none or is not solved, and the impulses are then as they were.
 pub fn at_once(
     problem: &FrictionProblem,
@@ -13,46 +16,58 @@ pub fn at_once(
     impulses: &mut [f64],
 ) -> Option<FrictionOutcome> {
     let started = Instant::now();
-    let (name, found, iterations) = match (problem.contacts(), problem.dimension) {
-        (1, 2) => ("one contact", alone::<2>(problem).to_vec(), 1),
-        (1, 3) => ("one contact", alone::<3>(problem).to_vec(), 1),
-        (n, 1) if n <= LARGEST => {
-            let (found, rounds) = pivoted(&problem.matrix, &problem.velocity, impulses)?;
-            ("pivots", found, rounds)
+    let mut given = [0.0; LARGEST];
+    let given = given.get_mut(..impulses.len())?;
+    let (name, iterations) = match (problem.contacts(), problem.dimension) {
+        (1, 2) => {
+            given.copy_from_slice(impulses);
+            alone::<2>(problem, impulses);
+            ("one contact", 1)
+        }
+        (1, 3) => {
+            given.copy_from_slice(impulses);
+            alone::<3>(problem, impulses);
+            ("one contact", 1)
+        }
+        (_, 1) => {
+            given.copy_from_slice(impulses);
+            ("pivots", pivoted(&problem.matrix, &problem.velocity, impulses)?)
         }
         _ => return None,
     };
     let seconds = started.elapsed().as_secs_f64();
-    let measure = measure(problem, &found);
-    measure.solves(settings.tolerance).then(|| {
-        impulses.copy_from_slice(&found);
-        FrictionOutcome {
-            solved: true,
-            measure,
-            stages: vec![Stage { name, iterations }],
-            factorisations: 0,
-            seconds,
-            reason: String::new(),
-            strict_feasibility: None,
-        }
+    let measure = measure(problem, impulses);
+    if !measure.solves(settings.tolerance) {
+        impulses.copy_from_slice(given);
+        return None;
+    }
+    Some(FrictionOutcome {
+        solved: true,
+        measure,
+        stages: vec![Stage { name, iterations }],
+        factorisations: 0,
+        seconds,
+        reason: String::new(),
+        strict_feasibility: None,
     })
 }
 
 /// The impulse of the only contact.
-fn alone<const D: usize>(problem: &FrictionProblem) -> [f64; D] {
+fn alone<const D: usize>(problem: &FrictionProblem, impulses: &mut [f64]) {
     let w = problem.matrix.blocks(D);
     let block = std::array::from_fn(|r| std::array::from_fn(|c| w.values[D * r + c]));
     let velocity = std::array::from_fn(|k| problem.velocity[k]);
     let mut local = Local::<D>::new(&block, problem.friction[0]);
     let mut found = [0.0; D];
-    // the first round finds the slip to the square of its last correction, the others what rounding leaves
+    // each round finds the slip to the square of its correction: one that is small is the last
     for _ in 0..8 {
         let before = found;
         found = local.solve(&velocity, &before);
-        if found == before {
+        let moved = |k: usize| (found[k] - before[k]).abs() <= SMALL * found[0];
+        if (0..D).all(moved) {
             break;
         }
     }
     project_on_cone(&mut found, problem.friction[0]);
-    found
+    impulses.copy_from_slice(&found);
 }

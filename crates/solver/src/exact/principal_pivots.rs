@@ -12,52 +12,79 @@ const PATIENCE: usize = 3;
 /// Pivots below this share of the largest entry are rounding.
 const SINGULAR: f64 = 1e-13;
 
-/// z >= 0, w = M z + q >= 0, z.w = 0 for z, starting from the signs of `z`, and the rounds spent; `None` when a system
-/// is singular or the rounds are spent.
-pub fn pivoted(m: &Csr, q: &[f64], z: &[f64]) -> Option<(Vec<f64>, usize)> {
+/// The linear systems of problems with at most so many unknowns lie on the stack.
+const SMALL: usize = 8;
+
+/// A set of unknowns.
+#[derive(Clone, Copy, PartialEq)]
+struct Set(u64);
+
+impl Set {
+    fn of(n: usize, has: impl Fn(usize) -> bool) -> Self {
+        Set((0..n).filter(|&i| has(i)).fold(0, |set, i| set | 1 << i))
+    }
+    fn has(self, i: usize) -> bool {
+        self.0 >> i & 1 == 1
+    }
+    fn len(self) -> usize {
+        self.0.count_ones() as usize
+    }
+    fn last(self) -> Option<usize> {
+        (self.0 != 0).then(|| self.0.ilog2() as usize)
+    }
+}
+
+/// z >= 0, w = M z + q >= 0, z.w = 0 for z (at most `LARGEST`), starting from the signs of `z`, and the rounds spent;
+/// `None`, z as it was, when a system is singular or the rounds are spent.
+pub fn pivoted(m: &Csr, q: &[f64], z: &mut [f64]) -> Option<usize> {
     let n = q.len();
-    let mut positive: Vec<bool> = (0..n).map(|i| z[i] > 0.0 || q[i] < 0.0).collect();
-    let (mut z, mut system) = (vec![0.0; n], Vec::with_capacity(n * (n + 1)));
+    let (mut small, mut large) = ([0.0; SMALL * (SMALL + 1)], Vec::new());
+    let system = if n <= SMALL {
+        &mut small[..]
+    } else {
+        large.resize(n * (n + 1), 0.0);
+        &mut large[..]
+    };
+    let mut found = [0.0; LARGEST];
+    let found = &mut found[..n];
+    let mut positive = Set::of(n, |i| z[i] > 0.0 || q[i] < 0.0);
     let (mut fewest, mut patience) = (n + 1, PATIENCE);
     for round in 1..=4 * n + 10 {
-        solved(m, q, &positive, &mut z, &mut system)?;
-        let wrong = |i: usize| {
-            if positive[i] {
-                return z[i] < 0.0;
+        solved(m, q, positive, found, system)?;
+        let wrong = Set::of(n, |i| {
+            if positive.has(i) {
+                return found[i] < 0.0;
             }
-            let w: f64 = m.row(i).map(|(j, a)| a * z[j]).sum();
+            let w: f64 = m.row(i).map(|(j, a)| a * found[j]).sum();
             w + q[i] < 0.0
+        });
+        let Some(last) = wrong.last() else {
+            z.copy_from_slice(found);
+            return Some(round);
         };
-        let wrong: Vec<usize> = (0..n).filter(|&i| wrong(i)).collect();
-        let Some(&last) = wrong.last() else { return Some((z, round)) };
         if wrong.len() < fewest {
             (fewest, patience) = (wrong.len(), PATIENCE);
         } else {
             patience = patience.saturating_sub(1);
         }
-        if patience > 0 {
-            wrong.iter().for_each(|&i| positive[i] = !positive[i]);
-        } else {
-            positive[last] = !positive[last];
-        }
+        positive.0 ^= if patience > 0 { wrong.0 } else { 1 << last };
     }
     None
 }
 
 /// M_pp z_p = -q_p by elimination with the largest pivots, the other z zero.
-fn solved(m: &Csr, q: &[f64], positive: &[bool], z: &mut [f64], system: &mut Vec<f64>) -> Option<()> {
-    let mut place = [usize::MAX; LARGEST];
+fn solved(m: &Csr, q: &[f64], positive: Set, z: &mut [f64], system: &mut [f64]) -> Option<()> {
+    let (mut place, mut members) = ([0; LARGEST], [0; LARGEST]);
     let mut size = 0;
-    for i in (0..q.len()).filter(|&i| positive[i]) {
-        place[i] = size;
+    for i in (0..q.len()).filter(|&i| positive.has(i)) {
+        (place[i], members[size]) = (size, i);
         size += 1;
     }
-    let width = size + 1;
-    system.clear();
-    system.resize(size * width, 0.0);
-    for i in (0..q.len()).filter(|&i| positive[i]) {
-        let row = &mut system[place[i] * width..][..width];
-        m.row(i).filter(|(j, _)| positive[*j]).for_each(|(j, a)| row[place[j]] += a);
+    let (members, width) = (&members[..size], size + 1);
+    let system = &mut system[..size * width];
+    system.fill(0.0);
+    for (row, i) in system.chunks_exact_mut(width).zip(members.iter().copied()) {
+        m.row(i).filter(|(j, _)| positive.has(*j)).for_each(|(j, a)| row[place[j]] += a);
         row[size] = -q[i];
     }
     let largest = system.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
@@ -72,18 +99,18 @@ fn solved(m: &Csr, q: &[f64], positive: &[bool], z: &mut [f64], system: &mut Vec
         }
         let (above, below) = system.split_at_mut((k + 1) * width);
         let row = &above[k * width..];
+        let inverse = 1.0 / row[k];
         for other in below.chunks_exact_mut(width) {
-            let factor = other[k] / row[k];
+            let factor = other[k] * inverse;
             if factor != 0.0 {
                 other[k..].iter_mut().zip(&row[k..]).for_each(|(x, y)| *x -= factor * y);
             }
         }
     }
     z.fill(0.0);
-    for i in (0..q.len()).rev().filter(|&i| positive[i]) {
-        let k = place[i];
+    for (k, &i) in members.iter().enumerate().rev() {
         let row = &system[k * width..][..width];
-        let known: f64 = (i + 1..q.len()).filter(|&j| positive[j]).map(|j| row[place[j]] * z[j]).sum();
+        let known: f64 = members.iter().zip(row).skip(k + 1).map(|(&j, a)| a * z[j]).sum();
         z[i] = (row[size] - known) / row[k];
     }
     Some(())
@@ -102,7 +129,8 @@ mod tests {
     fn every_sign_changes_sides_until_none_is_wrong() {
         let m = compressed(&[&[2.0, 1.0, 0.0], &[1.0, 2.0, 1.0], &[0.0, 1.0, 2.0]]);
         let q = [-4.0, 1.0, -3.0];
-        let (z, _) = pivoted(&m, &q, &[0.0; 3]).expect("a P-matrix");
+        let mut z = [0.0; 3];
+        pivoted(&m, &q, &mut z).expect("a P-matrix");
         for i in 0..3 {
             let w = m.times(&z)[i] + q[i];
             assert!(z[i] >= 0.0 && w >= -1e-15 && (z[i] * w).abs() < 1e-15, "{z:?}");
@@ -114,13 +142,14 @@ mod tests {
         // Murty's cyclic P-matrix: changing all sides at once goes round for ever
         let m = compressed(&[&[1.0, 2.0, 0.0], &[0.0, 1.0, 2.0], &[2.0, 0.0, 1.0]]);
         let q = [-1.0, -1.0, -1.0];
-        let (z, _) = pivoted(&m, &q, &[1.0, 0.0, 0.0]).expect("a P-matrix");
+        let mut z = [1.0, 0.0, 0.0];
+        pivoted(&m, &q, &mut z).expect("a P-matrix");
         z.iter().for_each(|z| assert!((z - 1.0 / 3.0).abs() < 1e-15, "{z}"));
     }
 
     #[test]
     fn redundant_rows_are_left_to_others() {
         let m = compressed(&[&[1.0, 1.0], &[1.0, 1.0]]);
-        assert!(pivoted(&m, &[-1.0, -1.0], &[0.0; 2]).is_none());
+        assert!(pivoted(&m, &[-1.0, -1.0], &mut [0.0; 2]).is_none());
     }
 }
