@@ -133,6 +133,10 @@ impl<S: Space> PreparedResistance<S> {
     pub fn parts(&self) -> impl Iterator<Item = &Part> {
         self.parts.iter().filter(|p| p.inverse_inertia > 0.0)
     }
+    /// The same, with those that no moment turns.
+    pub fn all_parts(&self) -> &[Part; 2] {
+        &self.parts
+    }
     /// Angular velocity of a relative to b in the contact's frame \[rad/s\].
     #[inline]
     pub fn spin(&self, v: &[Twist<S>]) -> S::Spin {

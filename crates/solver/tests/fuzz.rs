@@ -87,8 +87,8 @@ fn every_answer_is_finite_and_judged_or_refused<S: Space>() {
             let limit = match kind {
                 SolverKind::Lemke => 4 * 50 * (6 * problem.scalar_rows() + 10),
                 SolverKind::Enumeration => carom_solver::methods::enumeration::LARGEST,
-                // sweeps before each of three attempts, and all factorisations
-                SolverKind::Exact => 3 * settings.iterations + settings.factorisations + STAGES,
+                // sweeps before each of twelve rounds, and all factorisations
+                SolverKind::Exact => 12 * settings.iterations + settings.factorisations + STAGES,
                 // stages of each island, of which there are no more than entries
                 SolverKind::Auto => {
                     (1000 + settings.factorisations + STAGES) * problem.scalar_rows()

@@ -13,7 +13,7 @@ use carom_solver::{
 };
 use common::*;
 
-const KNOWING: [SolverKind; 3] = [SolverKind::Pgs, SolverKind::Nncg, SolverKind::Apgd];
+const KNOWING: [SolverKind; 4] = [SolverKind::Pgs, SolverKind::Nncg, SolverKind::Apgd, SolverKind::Exact];
 const RADIUS: f64 = 0.3;
 /// The speed that a step of gravity gives [m/s].
 const FALL: f64 = 0.04;
@@ -95,7 +95,7 @@ fn resisting<S: Space>(random: &mut Random, contacts: usize) -> ContactProblem<S
     problem
 }
 
-/// The three solvers find the same velocities, moments inside their limits, and opposite to what turns on.
+/// The solvers find the same velocities, moments inside their limits, and opposite to what turns on.
 fn solvers_agree_and_moments_oppose<S: Space>() {
     let mut random = Random::new(91);
     let mut opposed = 0;

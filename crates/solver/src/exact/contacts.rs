@@ -4,15 +4,16 @@
 use super::analyses::Analyses;
 use super::blocks::Blocks;
 use super::bodies::{NO_BODY, Rows};
+use super::mixed::{is_mixed, solve_mixed};
 use super::operator::Operator;
 use super::{Goal, solve_blocks};
 use crate::cone::project;
 use crate::friction_problem::project_on_cone;
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings};
-use crate::methods::{judged, resisted};
+use crate::methods::judged;
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::{ContactRow, Prepared};
-use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses};
+use crate::problem::{ContactProblem, Impulse, Impulses};
 use crate::residual::residual_of;
 use crate::watch::Watch;
 use carom_math::{Column, Inertia, Space};
@@ -35,9 +36,6 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
     fn name(&self) -> &'static str {
         "exact"
     }
-    fn refusal(&self, problem: &ContactProblem<S>) -> Option<String> {
-        refusal(problem)
-    }
     fn finds(&self, _choice: ImpulseChoice) -> bool {
         true
     }
@@ -50,6 +48,11 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
     ) -> Outcome {
         self.prepared.update(problem);
         self.given.copy_from(impulses);
+        if is_mixed(problem) {
+            let mut outcome = solve_mixed(problem, &self.prepared, settings, impulses, watch);
+            self.keep_better(problem, &mut outcome, impulses);
+            return outcome;
+        }
         let smooth = problem.contacts.iter().all(|c| c.friction == 0.0);
         match (smooth, S::SLIP) {
             (true, _) => self.in_dimension::<1>(problem, settings, impulses, watch),
@@ -57,22 +60,6 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
             (false, _) => self.in_dimension::<3>(problem, settings, impulses, watch),
         }
     }
-}
-
-/// Why the exact solver does not take a problem.
-fn refusal<S: Space>(problem: &ContactProblem<S>) -> Option<String> {
-    if !problem.rows.is_empty() {
-        let rows = problem.rows.len();
-        return Some(format!(
-            "exact solves contacts, and the problem has {rows} bounded rows; use auto or nncg"
-        ));
-    }
-    if S::SLIP > 1 && problem.friction_law == FrictionLaw::Box {
-        return Some(
-            "exact knows Coulomb's disc, and the problem asks for box friction; use auto or pgs".into(),
-        );
-    }
-    resisted(problem, "exact")
 }
 
 impl<S: Space> ExactContacts<S> {

@@ -21,6 +21,7 @@ mod krylov;
 pub(crate) mod lane;
 pub(crate) mod local;
 mod minimum_norm;
+mod mixed;
 mod newton;
 pub(crate) mod operator;
 mod path;

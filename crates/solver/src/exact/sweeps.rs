@@ -102,9 +102,9 @@ pub fn velocities<const D: usize>(
     }
 }
 
-/// Nanoseconds of a sweep per coupled pair and per contact.
+/// Nanoseconds of a sweep per coupled pair, and per contact of 1, 2 and 3 directions.
 const PER_COUPLING: f64 = 1.5;
-const PER_CONTACT: f64 = 25.0;
+const PER_CONTACT: [f64; 3] = [15.0, 15.0, 40.0];
 
 /// How fast the changes of the sweeps fall, and what error goes with a change.
 #[derive(Clone, Debug)]
@@ -140,7 +140,7 @@ pub fn sweeps<const D: usize>(
     watch: &mut Watch,
 ) -> (usize, Errors, Ended) {
     let (contacts, couplings) = (blocks.count() as f64, blocks.operator.couplings() as f64);
-    let per_sweep = PER_COUPLING * couplings + PER_CONTACT * contacts;
+    let per_sweep = PER_COUPLING * couplings + PER_CONTACT[D - 1] * contacts;
     let interior_point = 14.0 * (250.0 * contacts + 30.0 * couplings) + 2000.0;
     let size = blocks.size();
     let mut decay = Decay { changes: Vec::with_capacity(64), error_over_change: 1.0 };

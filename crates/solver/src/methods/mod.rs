@@ -34,7 +34,7 @@ pub(crate) fn judged<S: Space>(
 
 /// A refusal of a problem with rolling or spinning friction by a solver that knows none.
 pub(crate) fn resisted<S: Space>(problem: &ContactProblem<S>, solver: &str) -> Option<String> {
-    let reason = || format!("{solver} knows no rolling or spinning friction; pgs, nncg and apgd do");
+    let reason = || format!("{solver} knows no rolling or spinning friction; pgs, nncg, apgd and exact do");
     (!problem.resistances.is_empty()).then(reason)
 }
 

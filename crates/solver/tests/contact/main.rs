@@ -12,6 +12,7 @@ mod certified;
 mod directions;
 mod judge;
 mod minimum_norm;
+mod mixed;
 mod oracle;
 mod random;
 mod scenes;

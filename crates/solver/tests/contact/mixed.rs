@@ -1,0 +1,139 @@
+//! What exact solves beside contacts with Coulomb's disc: bounded rows, rolling and spinning friction, box friction.
+
+use crate::common::*;
+use crate::scenes::*;
+use carom_math::Space;
+use carom_solver::{
+    BoundedRow, ContactProblem, FrictionLaw, ImpulseChoice, Impulses, Outcome, Resistance, SolveSettings,
+    SolverKind, Stop, residual,
+};
+
+/// A random problem with a little of everything.
+fn mixed<S: Space>(random: &mut Random, contacts: usize, law: FrictionLaw) -> ContactProblem<S> {
+    let recipe = Recipe { bodies: 2 + contacts / 2, contacts, rows: contacts / 3, friction: 0.6, law };
+    let mut problem = random_problem::<S>(random, recipe);
+    for contact in (0..contacts).filter(|k| k % 3 != 2) {
+        let (rolling, spinning) = (random.between(0.0, 0.2), random.between(0.0, 0.2));
+        problem.resistances.push(Resistance { contact, rolling, spinning });
+    }
+    problem.check().expect("a sound problem");
+    problem
+}
+
+fn exact<S: Space>(problem: &ContactProblem<S>, settings: SolveSettings) -> (Impulses<S>, Outcome) {
+    let mut impulses = Impulses::zero(problem);
+    let outcome = SolverKind::Exact.make().solve(problem, &settings, &mut impulses);
+    (impulses, outcome)
+}
+
+fn mixed_problems_are_solved_to_the_last_digits<S: Space>() {
+    let mut random = Random::new(301);
+    let (mut solved, mut all, mut factorised) = (0, 0, 0);
+    for law in [FrictionLaw::Disc, FrictionLaw::Box] {
+        for contacts in [3, 8, 20, 40] {
+            for _ in 0..10 {
+                let problem = mixed::<S>(&mut random, contacts, law);
+                let settings = SolveSettings { tolerance: 1e-12, ..SolveSettings::default() };
+                let (impulses, outcome) = exact(&problem, settings);
+                assert_eq!(outcome.residual, residual(&problem, &impulses));
+                all += 1;
+                factorised += (outcome.factorisations > 0) as usize;
+                solved += (outcome.stop == Stop::Converged) as usize;
+            }
+        }
+    }
+    assert_eq!(solved, all);
+    assert!(factorised > 0);
+}
+
+/// Redundant contacts that resist rolling too: walls at rest, pushed, and held together by equality rows.
+fn redundant_structures_that_resist_are_solved<S: Space>() {
+    let mut random = Random::new(302);
+    let mut structures = vec![stack::<S>(&[1.0; 10], 0.5), stack::<S>(&[1.0, 1.0, 1000.0, 1.0], 0.5)];
+    structures.extend([(3, 3), (5, 6)].map(|(columns, rows)| wall::<S>(columns, rows, 0.5)));
+    for structure in structures {
+        for push in [0.0, 0.01] {
+            let mut problem = structure.clone();
+            let moved = problem.velocities.iter_mut().zip(&problem.inverse_masses);
+            moved.filter(|(_, m)| !m.is_fixed()).for_each(|(v, _)| v.add_scaled(&random.twist(1.0), push));
+            let coefficient = |contact| Resistance { contact, rolling: 0.01, spinning: 0.005 };
+            problem.resistances = (0..problem.contacts.len()).map(coefficient).collect();
+            let bodies = problem.inverse_masses.len();
+            let rows = Recipe { bodies, contacts: 0, rows: 2, friction: 0.0, law: FrictionLaw::Disc };
+            let tied = random_problem::<S>(&mut random, rows).rows;
+            let moves = |k: usize| !problem.inverse_masses[k].is_fixed();
+            let tied = tied.into_iter().filter(|r| moves(r.a) && moves(r.b));
+            problem.rows =
+                tied.map(|r| BoundedRow { lo: f64::NEG_INFINITY, hi: f64::INFINITY, ..r }).collect();
+            problem.check().expect("a sound problem");
+            let settings = SolveSettings { tolerance: 1e-11, ..SolveSettings::default() };
+            let (_, outcome) = exact(&problem, settings);
+            assert_eq!(
+                outcome.stop,
+                Stop::Converged,
+                "{} contacts, {push}: {outcome:?}",
+                problem.contacts.len()
+            );
+        }
+    }
+}
+
+/// What Newton gives is what a million sweeps give, and takes fewer.
+fn the_answer_is_that_of_the_sweeps<S: Space>() {
+    let mut random = Random::new(303);
+    for _ in 0..10 {
+        let problem = mixed::<S>(&mut random, 12, FrictionLaw::Disc);
+        let settings = SolveSettings { tolerance: 1e-12, ..SolveSettings::default() };
+        let after = problem.velocities_after(&exact(&problem, settings).0);
+        let wanted = problem.velocities_after(&solved(&problem, SolverKind::Pgs, 1e-12));
+        for (v, w) in after.iter().zip(&wanted) {
+            assert_column_close(v.linear, w.linear, 1e-9, "linear");
+            assert_column_close(v.angular, w.angular, 1e-8, "angular");
+        }
+    }
+}
+
+/// What sweeps leave, the ladder takes to the end, island by island.
+fn auto_takes_mixed_problems_to_the_last_digits<S: Space>() {
+    let mut random = Random::new(306);
+    for _ in 0..10 {
+        let problem = mixed::<S>(&mut random, 15, FrictionLaw::Disc);
+        let settings = SolveSettings { tolerance: 1e-12, ..SolveSettings::default() };
+        let mut impulses = Impulses::zero(&problem);
+        let outcome = SolverKind::Auto.make().solve(&problem, &settings, &mut impulses);
+        assert_eq!(outcome.stop, Stop::Converged, "{outcome:?}");
+    }
+}
+
+/// Minimum-norm impulses are known for plain contacts alone: asked for here, the refusal says so.
+fn least_impulses_of_mixed_problems_are_refused<S: Space>() {
+    let problem = mixed::<S>(&mut Random::new(304), 6, FrictionLaw::Disc);
+    let settings = SolveSettings { impulses: ImpulseChoice::MinimumNorm, ..SolveSettings::default() };
+    let (impulses, outcome) = exact(&problem, settings);
+    assert_eq!(impulses, Impulses::zero(&problem));
+    assert!(outcome.stop.reason().is_some_and(|why| why.contains("minimum-norm")), "{:?}", outcome.stop);
+}
+
+/// No factorisation allowed: the answer is the sweeps', and its stop tells.
+fn a_budget_of_no_factorisations_is_kept<S: Space>() {
+    let mut random = Random::new(305);
+    let mut spent = 0;
+    for _ in 0..10 {
+        let problem = mixed::<S>(&mut random, 30, FrictionLaw::Disc);
+        let settings =
+            SolveSettings { tolerance: 1e-13, iterations: 20, factorisations: 0, ..SolveSettings::default() };
+        let (impulses, outcome) = exact(&problem, settings);
+        assert_eq!((outcome.factorisations, outcome.residual), (0, residual(&problem, &impulses)));
+        spent += (outcome.stop == Stop::OutOfFactorisations) as usize;
+    }
+    assert!(spent > 5, "{spent}");
+}
+
+in_both_spaces! {
+    mixed_problems_are_solved_to_the_last_digits;
+    redundant_structures_that_resist_are_solved;
+    the_answer_is_that_of_the_sweeps;
+    auto_takes_mixed_problems_to_the_last_digits;
+    least_impulses_of_mixed_problems_are_refused;
+    a_budget_of_no_factorisations_is_kept;
+}
