@@ -79,16 +79,73 @@ fn put<S: Simd>(x: &mut [f64], at: usize, value: S::f64s) {
 /// Inverts the k x k matrix `a` in place, with pivoting; false when it is singular.
 #[inline(always)]
 fn invert<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
-    let row = padded(k);
-    if k <= 3 && invert_small(a, k) {
-        return true;
+    match k {
+        1..=3 if invert_small(a, k) => true,
+        4 => invert_lines::<S, 4, 8>(simd, a),
+        5 => invert_lines::<S, 5, 8>(simd, a),
+        6 => invert_lines::<S, 6, 8>(simd, a),
+        _ => invert_any(simd, a, k),
     }
+}
+
+/// The diagonal is kept as pivot unless another entry is this many times larger: swaps cost and rarely help here.
+const WORSE: f64 = 10.0;
+
+/// The same for N lines of W numbers, their sizes known beforehand.
+#[inline(always)]
+fn invert_lines<S: Simd, const N: usize, const W: usize>(simd: S, a: &mut [f64]) -> bool {
+    let (lines, _) = a.as_chunks_mut::<W>();
+    let lines = &mut lines[..N];
+    let mut swaps = [0usize; N];
+    for c in 0..N {
+        let mut best = c;
+        for r in c + 1..N {
+            if lines[r][c].abs() > WORSE * lines[best][c].abs() {
+                best = r;
+            }
+        }
+        swaps[c] = best;
+        if best != c {
+            lines.swap(c, best);
+        }
+        let pivot = lines[c][c];
+        if !pivot.is_normal() {
+            return false;
+        }
+        let mut own = lines[c];
+        own[c] = 1.0;
+        let inverse = simd.splat_f64s(1.0 / pivot);
+        for x in S::as_mut_simd_f64s(&mut own).0 {
+            *x = simd.mul_f64s(inverse, *x);
+        }
+        for (r, target) in lines.iter_mut().enumerate() {
+            if r == c {
+                *target = own;
+                continue;
+            }
+            let factor = simd.splat_f64s(target[c]);
+            target[c] = 0.0;
+            let own = S::as_simd_f64s(&own).0;
+            for (t, s) in S::as_mut_simd_f64s(target).0.iter_mut().zip(own) {
+                *t = simd.negate_mul_add_f64s(factor, *s, *t);
+            }
+        }
+    }
+    for c in (0..N).rev().filter(|&c| swaps[c] != c) {
+        lines.iter_mut().for_each(|line| line.swap(c, swaps[c]));
+    }
+    true
+}
+
+/// The same for any k up to 64.
+#[inline(always)]
+fn invert_any<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
+    let row = padded(k);
     let mut swaps = [0usize; 64];
     for c in 0..k {
         let mut best = c;
         for r in c + 1..k {
-            // the diagonal is kept unless it is clearly worse: swaps cost and rarely help here
-            if a[r * row + c].abs() > 10.0 * a[best * row + c].abs() {
+            if a[r * row + c].abs() > WORSE * a[best * row + c].abs() {
                 best = r;
             }
         }
