@@ -8,6 +8,7 @@ use super::analyses::Analyses;
 use super::operator::Matrix;
 use super::system::{Block, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
+use pulp::{Arch, Simd, WithSimd};
 use std::sync::Arc;
 
 /// Fewer contacts are not worth the condensing.
@@ -56,6 +57,28 @@ pub struct GroupSpace<const D: usize> {
     solution: Vec<f64>,
 }
 
+/// `spread` in the machine's own instructions.
+struct Spread<'a, const D: usize>(&'a mut GroupSpace<D>, &'a [Block<D>]);
+
+impl<const D: usize> WithSimd for Spread<'_, D> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.spread(self.1);
+    }
+}
+
+/// `reduce` in the machine's own instructions.
+struct Reduce<'a, const D: usize>(&'a Matrix, &'a [Group], &'a [u32], &'a Graph);
+
+impl<const D: usize> WithSimd for Reduce<'_, D> {
+    type Output = Option<Vec<f64>>;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Option<Vec<f64>> {
+        reduce::<D>(self.0, self.1, self.2, self.3)
+    }
+}
+
 impl<const D: usize> GroupSpace<D> {
     /// The condensed system, if at least half of the contacts condense to fewer directions than they have rows.
     pub fn of(matrix: &Matrix, analyses: &mut Analyses) -> Option<Self> {
@@ -75,7 +98,7 @@ impl<const D: usize> GroupSpace<D> {
             group.contacts.iter().for_each(|&i| owner[i as usize] = g as u32);
         }
         let graph = group_graph(matrix, &groups, &owner);
-        let reduced = reduce::<D>(matrix, &groups, &owner, &graph)?;
+        let reduced = Arch::new().dispatch(Reduce::<D>(matrix, &groups, &owner, &graph))?;
         let diagonal = (0..groups.len())
             .map(|g| graph.offsets[graph.position(g, g).expect("every row holds its diagonal")])
             .collect();
@@ -109,6 +132,13 @@ impl<const D: usize> GroupSpace<D> {
                 accumulate(&mut group.compliance, (seen, rows), &self.compliance[i as usize], n);
             }
         }
+        Arch::new().dispatch(Spread(self, blocks));
+        self.factor.factorize(&self.analysis, &self.values)
+    }
+
+    /// Writes 1 + V H, and D + V for contacts on their own.
+    #[inline(always)]
+    fn spread(&mut self, blocks: &[Block<D>]) {
         for (g, group) in self.groups.iter().enumerate() {
             for k in self.graph.row(g) {
                 let other = &self.groups[self.graph.neighbours[k] as usize];
@@ -128,7 +158,6 @@ impl<const D: usize> GroupSpace<D> {
                 (0..n).for_each(|k| self.values[at + k * n + k] += 1.0);
             }
         }
-        self.factor.factorize(&self.analysis, &self.values)
     }
 
     /// The sign of the determinant of the factorised matrix.
@@ -189,12 +218,43 @@ impl<const D: usize> GroupSpace<D> {
 /// out = A B with B n x n, row by row.
 #[inline(always)]
 fn product(a: &[f64], b: &[f64], out: &mut [f64], n: usize) {
+    if n == MOST {
+        // a size known beforehand keeps the sums in registers
+        let (lines, _) = b.as_chunks::<MOST>();
+        let ((a, _), (out, _)) = (a.as_chunks::<MOST>(), out.as_chunks_mut::<MOST>());
+        for (row, out) in a.iter().zip(out) {
+            *out = combined(row, lines);
+        }
+        return;
+    }
     for (row, out) in a.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
         out.fill(0.0);
         for (x, line) in row.iter().zip(b.chunks_exact(n)) {
             line.iter().zip(out.iter_mut()).for_each(|(b, o)| *o += x * b);
         }
     }
+}
+
+/// The sum of lines, each times its factor.
+#[inline(always)]
+fn combined(factors: &[f64], lines: &[[f64; MOST]]) -> [f64; MOST] {
+    let mut sum = [0.0; MOST];
+    for (factor, line) in factors.iter().zip(lines) {
+        for m in 0..MOST {
+            sum[m] += factor * line[m];
+        }
+    }
+    sum
+}
+
+/// `block`, D x D, times `other`, D x n; numbers past n are zero.
+#[inline(always)]
+fn times<const D: usize>(block: &[f64], other: &[f64], n: usize) -> [[f64; MOST]; D] {
+    let mut lines = [[0.0; MOST]; D];
+    for (line, other) in lines.iter_mut().zip(other.chunks_exact(n)) {
+        line[..n].copy_from_slice(other);
+    }
+    std::array::from_fn(|r| combined(&block[r * D..(r + 1) * D], &lines))
 }
 
 /// M v.
@@ -212,21 +272,11 @@ fn apply<const D: usize>(m: &Block<D>, v: &[f64; D]) -> [f64; D] {
 /// h += R_i^T C Q_i with R_i and Q_i D x n, row by row.
 #[inline(always)]
 fn accumulate<const D: usize>(h: &mut [f64], (seen, rows): (&[f64], &[f64]), c: &Block<D>, n: usize) {
-    let mut product = [[0.0; MOST]; D];
-    for r in 0..D {
-        for k in 0..D {
-            for j in 0..n {
-                product[r][j] += c[r][k] * rows[k * n + j];
-            }
-        }
-    }
-    for (r, product) in product.iter().enumerate() {
-        for i in 0..n {
-            let factor = seen[r * n + i];
-            for j in 0..n {
-                h[i * n + j] += factor * product[j];
-            }
-        }
+    let product = times::<D>(c.as_flattened(), rows, n);
+    for (i, h) in h.chunks_exact_mut(n).enumerate() {
+        let factors: [f64; D] = std::array::from_fn(|r| seen[r * n + i]);
+        let sum = combined(&factors, &product);
+        h.iter_mut().zip(&sum).for_each(|(h, s)| *h += s);
     }
 }
 
@@ -337,6 +387,7 @@ fn group_graph(matrix: &Matrix, groups: &[Group], owner: &[u32]) -> Graph {
 }
 
 /// V; `None` when condensing would change W~.
+#[inline(always)]
 fn reduce<const D: usize>(
     matrix: &Matrix,
     groups: &[Group],
@@ -369,18 +420,11 @@ fn reduce<const D: usize>(
             let at = graph.offsets[graph.position(g, h)?] as usize;
             let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
             let target = &mut reduced[at..at + rank * columns];
-            for r in 0..D {
-                let mut right = [0.0; MOST];
-                for c in 0..D {
-                    for m in 0..columns {
-                        right[m] += block[r * D + c] * other[c * columns + m];
-                    }
-                }
-                for p in 0..rank {
-                    for m in 0..columns {
-                        target[p * columns + m] += own[r * rank + p] * right[m];
-                    }
-                }
+            let right = times::<D>(block, other, columns);
+            for (p, target) in target.chunks_exact_mut(columns).enumerate() {
+                let factors: [f64; D] = std::array::from_fn(|r| own[r * rank + p]);
+                let sum = combined(&factors, &right);
+                target.iter_mut().zip(&sum).for_each(|(t, s)| *t += s);
             }
         }
     }
@@ -388,6 +432,7 @@ fn reduce<const D: usize>(
 }
 
 /// True when every block of W~ is Q_g V_gh R_h^T to rounding.
+#[inline(always)]
 fn faithful<'a, const D: usize>(
     matrix: &Matrix,
     graph: &Graph,
@@ -407,16 +452,15 @@ fn faithful<'a, const D: usize>(
             let Some(at) = graph.position(g, owner[j] as usize) else { return false };
             let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
             let v = &reduced[graph.offsets[at] as usize..][..rank * columns];
-            for r in 0..D {
-                let mut left = [0.0; MOST];
-                for p in 0..rank {
-                    for m in 0..columns {
-                        left[m] += own[r * rank + p] * v[p * columns + m];
-                    }
-                }
-                for c in 0..D {
-                    let value: f64 = (0..columns).map(|m| left[m] * other[c * columns + m]).sum();
-                    worst = worst.max((value - block[r * D + c]).abs());
+            let mut lines = [[0.0; MOST]; MOST];
+            for (line, v) in lines.iter_mut().zip(v.chunks_exact(columns)) {
+                line[..columns].copy_from_slice(v);
+            }
+            for (own, block) in own.chunks_exact(rank).zip(block.chunks_exact(D)) {
+                let left = combined(own, &lines);
+                for (other, wanted) in other.chunks_exact(columns).zip(block) {
+                    let value: f64 = left.iter().zip(other).map(|(l, o)| l * o).sum();
+                    worst = worst.max((value - wanted).abs());
                 }
             }
         }
