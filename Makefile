@@ -7,7 +7,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench bench-contact bench-contact-peers bench-contact-own bench-contact-stress docs wheel test-rust test-python clean
+.PHONY: help demo test check bench bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings and plots to out/"
@@ -57,7 +57,9 @@ test-python: $(VENV)/package
 
 check: $(VENV)/tools
 	$(CARGO) fmt --all --check
+	$(CARGO) fmt --all --check --manifest-path $(BENCH)/Cargo.toml
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --locked --manifest-path $(BENCH)/Cargo.toml --package carom-bench-contact --all-targets -- -D warnings
 	$(BIN)/ruff format --check python tests tools examples crates/bench/contact
 	$(BIN)/ruff check python tests tools examples crates/bench/contact
 	$(BIN)/mypy
@@ -94,6 +96,11 @@ LIMIT ?= 60
 bench-contact-own: $(CONTACT)
 	$(CONTACT) structures --out $(BENCH)/results $(if $(SOLVERS),--solvers $(SOLVERS))
 	$(CONTACT) scaling --out $(BENCH)/results --largest $(LARGEST) --limit $(LIMIT) $(if $(SOLVERS),--solvers $(SOLVERS))
+
+# piles that carom has poured: what sweeps and exact reach, in what time and memory
+PILES ?= 1000,12000
+bench-contact-piles: $(CONTACT)
+	$(CONTACT) scaling --piles $(PILES) --tolerance 1e-6 --limit $(LIMIT) --out $(BENCH)/results
 
 # random impulses and friction on the problems of the folder and on our own small ones
 SEEDS ?= 1

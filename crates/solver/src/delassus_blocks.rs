@@ -1,5 +1,6 @@
 //! W as problems in matrix form hold it: compressed rows to read, blocks to solve with.
 
+use crate::cone_matrix::spectral_norm;
 use crate::delassus::Csr;
 use crate::exact::operator::Matrix;
 use crate::linear::Graph;
@@ -11,16 +12,47 @@ use std::sync::{Arc, OnceLock};
 #[derive(Clone, Debug, Default)]
 pub struct Delassus {
     rows: Arc<Csr>,
-    blocks: OnceLock<Arc<Matrix>>,
+    blocks: OnceLock<Made>,
+}
+
+/// W in blocks, and the spectral norms of the diagonal ones, 1 for a block of zeros.
+#[derive(Clone, Debug)]
+struct Made {
+    matrix: Arc<Matrix>,
+    norms: Arc<[f64]>,
 }
 
 impl Delassus {
     /// W in blocks of `dimension` rows.
     pub(crate) fn blocks(&self, dimension: usize) -> Arc<Matrix> {
-        let made = || Arc::new(in_blocks(&self.rows, dimension));
-        let kept = self.blocks.get_or_init(made);
+        self.made(dimension, |made| made.matrix.clone())
+    }
+    /// The spectral norms of its diagonal blocks, 1 for a block of zeros.
+    pub(crate) fn norms(&self, dimension: usize) -> Arc<[f64]> {
+        self.made(dimension, |made| made.norms.clone())
+    }
+    fn made<T>(&self, dimension: usize, read: impl Fn(&Made) -> T) -> T {
+        let make = || Made::of(&self.rows, dimension);
+        let kept = self.blocks.get_or_init(make);
         // the same W may be read with other contacts
-        if kept.dimension() == dimension { kept.clone() } else { made() }
+        if kept.matrix.dimension() == dimension { read(kept) } else { read(&make()) }
+    }
+}
+
+impl Made {
+    fn of(rows: &Csr, dimension: usize) -> Self {
+        let matrix = in_blocks(rows, dimension);
+        let norm = match dimension {
+            1 => spectral_norm::<1>,
+            2 => spectral_norm::<2>,
+            _ => spectral_norm::<3>,
+        };
+        let norm = |at: &u32| {
+            let norm = norm(&matrix.values[*at as usize..][..dimension * dimension]);
+            if norm > 0.0 { norm } else { 1.0 }
+        };
+        let norms = matrix.diagonal.iter().map(norm).collect();
+        Made { matrix: Arc::new(matrix), norms }
     }
 }
 

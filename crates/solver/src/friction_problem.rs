@@ -2,7 +2,6 @@
 //! and per contact r in K, u + mu |u_T| n in K*, orthogonal to each other (De Saxce's form of Coulomb's law;
 //! theory chapter 7). Knows no bodies: W is whatever was measured or assembled.
 
-use crate::cone_matrix::spectral_norm;
 use crate::delassus_blocks::Delassus;
 use crate::exact::lane::padded;
 use crate::exact::row::product;
@@ -180,42 +179,26 @@ pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
 /// Up to so many contacts nothing is allocated for a measure.
 const FEW: usize = 16;
 
-fn measured_in<const D: usize>(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
-    let w = problem.matrix.blocks(D);
-    let norm = |i: usize| {
-        let at = w.diagonal[i] as usize;
-        not_zero(spectral_norm::<D>(&w.values[at..][..D * D]))
-    };
-    if problem.contacts() > FEW {
-        let norms: Vec<f64> = (0..problem.contacts()).map(norm).collect();
-        return measured::<D>(problem, impulses, &norms);
-    }
-    let mut norms = [1.0; FEW];
-    norms.iter_mut().enumerate().take(problem.contacts()).for_each(|(i, n)| *n = norm(i));
-    measured::<D>(problem, impulses, &norms)
-}
-
-/// The same with the norms of the diagonal blocks at hand, 1 for a block of zeros.
-pub(crate) fn measured<const D: usize>(
-    problem: &FrictionProblem,
-    impulses: &[f64],
-    norms: &[f64],
-) -> Measure {
-    let w = problem.matrix.blocks(D);
+pub(crate) fn measured_in<const D: usize>(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
+    let (w, norms) = (problem.matrix.blocks(D), problem.matrix.norms(D));
     let (impulses, _) = impulses.as_chunks::<D>();
     let count = impulses.len();
+    if let [alone] = impulses {
+        let row = |r: usize| (0..D).map(|c| w.values[r * D + c] * alone[c]).sum();
+        return judged(problem, impulses, &norms, &[std::array::from_fn(row)]);
+    }
     if count > FEW {
         let mut spaced = impulses.to_vec();
         spaced.resize(padded(count), [0.0; D]);
         let mut velocity = vec![[0.0; D]; count];
         product(&w, &spaced, &mut velocity);
-        return judged(problem, impulses, norms, &velocity);
+        return judged(problem, impulses, &norms, &velocity);
     }
     // a whole register may be read past the last contact
     let (mut spaced, mut velocity) = ([[0.0; D]; FEW + 4], [[0.0; D]; FEW]);
     spaced[..count].copy_from_slice(impulses);
     product(&w, &spaced, &mut velocity[..count]);
-    judged(problem, impulses, norms, &velocity)
+    judged(problem, impulses, &norms, &velocity)
 }
 
 /// The measures of impulses that add W r = `velocity` to the given velocities.

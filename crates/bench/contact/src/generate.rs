@@ -8,9 +8,6 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Steps in which a pile may settle: 5 s.
-const SETTLING: usize = 1200;
-
 fn write(folder: &Path, made: &Made) -> Result<(), String> {
     let told = |e: std::io::Error| format!("{}: {e}", folder.display());
     let mut out = BufWriter::new(File::create(folder.join(format!("{}.bin", made.name))).map_err(told)?);
@@ -37,7 +34,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         }
     }
     for &bodies in &options.piles {
-        write(folder, &settled(bodies, SETTLING)?)?;
+        write(folder, &Made::of("pile", format!("pile_{bodies}"), &settled(bodies)?))?;
     }
     Ok(())
 }

@@ -1,24 +1,25 @@
 //! Piles that carom itself has poured and settled: the contact problem of the next step, of any size.
 
-use crate::families::Made;
-use carom::{Column, Phase, Settings, StepError};
+use carom::{Column, ContactProblem, Phase, Settings, Spatial, StepError};
 use carom_scenes::pouring::pile;
 
+/// Steps in which a pile may settle: 5 s.
+const SETTLING: usize = 1200;
 /// Bodies slower than this count as quiet \[m/s\].
 const QUIET: f64 = 0.05;
 
-/// Pours `bodies` convex bodies into a box, lets them settle by sweeps for at most `steps` steps, and takes the
-/// contact problem of the step that would follow.
+/// Pours `bodies` convex bodies into a box, lets them settle by sweeps for at most 5 s, and takes the contact problem of
+/// the step that would follow.
 ///
 /// # Errors
 /// What the world says, in words.
-pub fn settled(bodies: usize, steps: usize) -> Result<Made, String> {
+pub fn settled(bodies: usize) -> Result<ContactProblem<Spatial>, String> {
     let mut world = pile(bodies).map_err(|e| e.to_string())?;
     let settings = Settings { iterations: 20, ..world.settings().clone() };
     let dt = settings.dt;
     world.set_settings(settings).map_err(|e| e.to_string())?;
     let told = |e: StepError| e.to_string();
-    for step in 0..steps {
+    for step in 0..SETTLING {
         world.step(dt).map_err(told)?;
         let speeds = world.bodies().motion.velocity.iter().map(|v| v.norm());
         // falling bodies are slow at first: the first second counts as pouring
@@ -26,6 +27,5 @@ pub fn settled(bodies: usize, steps: usize) -> Result<Made, String> {
             break;
         }
     }
-    let problem = world.problem(dt, Phase::Contact).map_err(told)?;
-    Ok(Made::of("pile", format!("pile_{bodies}"), &problem))
+    world.problem(dt, Phase::Contact).map_err(told)
 }

@@ -1,8 +1,11 @@
 //! `carom-contact scaling`: cost against size on walls and lattices of 1e2 to 1e5 contacts. First-order methods: CPU
-//! time of one iteration, on the bodies and on the assembled W. `exact`: CPU time to the tolerance.
+//! time of one iteration, on the bodies and on the assembled W. `exact`: CPU time to the tolerance. With `--piles`,
+//! piles of so many bodies in place of these: `pgs` and `nncg` to the tolerance too, for nothing that factorises ends
+//! on the largest.
 
 use crate::clock::thread_seconds;
 use crate::options::Options;
+use crate::piles::settled;
 use crate::results::save;
 use crate::solvers;
 use carom::solver::{FrictionProblem, FrictionSettings, Impulses, SolveSettings, SolverKind};
@@ -17,6 +20,9 @@ const WALLS: [usize; 7] = [4, 7, 12, 20, 36, 63, 112];
 const EDGES: [usize; 7] = [3, 5, 7, 10, 15, 22, 32];
 /// Methods whose cost is told per iteration.
 const FIRST_ORDER: [&str; 3] = ["pgs", "nncg", "apgd"];
+
+/// Solvers that are let run to the tolerance on piles.
+const PATIENT: [&str; 3] = ["pgs", "nncg", "exact"];
 
 struct Lines {
     all: Vec<String>,
@@ -77,7 +83,11 @@ fn bodies_iteration(kind: SolverKind, problem: &ContactProblem<Spatial>) -> f64 
     per_iteration(problem.contacts.len(), |iterations| {
         let mut impulses = Impulses::zero(problem);
         let start = thread_seconds();
-        solver.solve(problem, &SolveSettings { iterations, tolerance: 0.0, ..SolveSettings::default() }, &mut impulses);
+        solver.solve(
+            problem,
+            &SolveSettings { iterations, tolerance: 0.0, ..SolveSettings::default() },
+            &mut impulses,
+        );
         thread_seconds() - start
     })
 }
@@ -106,7 +116,8 @@ fn exact_on_matrix(problem: &FrictionProblem, options: &Options) -> (f64, String
     (seconds, told, seconds < options.limit)
 }
 
-fn exact_on_bodies(
+/// CPU time to the tolerance on the bodies, what was reached, and whether that took less than the limit.
+fn on_bodies(
     kind: SolverKind,
     problem: &ContactProblem<Spatial>,
     matrix: &FrictionProblem,
@@ -114,7 +125,8 @@ fn exact_on_bodies(
 ) -> (f64, String, bool) {
     let mut solver = kind.make::<Spatial>();
     let mut impulses = Impulses::zero(problem);
-    let settings = SolveSettings { iterations: usize::MAX, tolerance: options.tolerance, ..SolveSettings::default() };
+    let settings =
+        SolveSettings { iterations: usize::MAX, tolerance: options.tolerance, ..SolveSettings::default() };
     let start = thread_seconds();
     let mut watch = |_: &carom::solver::Progress| thread_seconds() - start < options.limit;
     let outcome = solver.solve_watched(problem, &settings, &mut impulses, &mut watch);
@@ -169,17 +181,39 @@ fn all_of(
     }
     let kind = SolverKind::ALL.into_iter().find(|k| k.name() == "exact");
     if let Some(kind) = kind.filter(|_| still.bodies) {
-        let (seconds, reached, within) = exact_on_bodies(kind, problem, &matrix, options);
+        let (seconds, reached, within) = on_bodies(kind, problem, &matrix, options);
         lines.push(family, problem, &Cost { solver: "exact", form: "bodies", what: &what, seconds, reached });
         still.bodies = within;
     }
 }
 
-/// Prints and saves `scaling.csv`. A form of `exact` that takes longer than the limit is left out of larger problems.
+/// Piles that carom has poured, by sweeps alone and by `exact`.
+fn piles(options: &Options) -> Result<(), String> {
+    let mut lines = Lines { all: Vec::new() };
+    let what = format!("to {:e}", options.tolerance);
+    for &bodies in &options.piles {
+        let problem = settled(bodies)?;
+        let matrix = matrix_form(&problem);
+        for kind in
+            SolverKind::ALL.into_iter().filter(|k| PATIENT.contains(&k.name()) && options.wants(k.name()))
+        {
+            let (seconds, reached, _) = on_bodies(kind, &problem, &matrix, options);
+            let cost = Cost { solver: kind.name(), form: "bodies", what: &what, seconds, reached };
+            lines.push("pile", &problem, &cost);
+            save(options.out.as_deref(), "piles.csv", COLUMNS, &lines.all)?;
+        }
+    }
+    Ok(())
+}
+
+/// Prints and saves `scaling.csv`, for piles `piles.csv`. A form of `exact` that takes longer than the limit is left out of larger problems.
 ///
 /// # Errors
 /// What the file system says.
 pub fn run(options: &Options) -> Result<(), String> {
+    if !options.piles.is_empty() {
+        return piles(options);
+    }
     type Make = fn(usize, &Variation) -> Result<ContactProblem<Spatial>, ShapeError>;
     let families: [(&str, Make, &[usize]); 2] =
         [("wall", |n, v| brick_wall(n, n, v), &WALLS), ("lattice", |n, v| sphere_lattice(n, v), &EDGES)];

@@ -16,31 +16,23 @@ pub fn at_once(
     impulses: &mut [f64],
 ) -> Option<FrictionOutcome> {
     let started = Instant::now();
-    let mut given = [0.0; LARGEST];
-    let given = given.get_mut(..impulses.len())?;
+    let mut found = [0.0; LARGEST];
+    let found = found.get_mut(..impulses.len())?;
     let (name, iterations) = match (problem.contacts(), problem.dimension) {
-        (1, 2) => {
-            given.copy_from_slice(impulses);
-            alone::<2>(problem, impulses);
-            ("one contact", 1)
-        }
-        (1, 3) => {
-            given.copy_from_slice(impulses);
-            alone::<3>(problem, impulses);
-            ("one contact", 1)
-        }
+        (1, 2) => ("one contact", alone::<2>(problem, found)),
+        (1, 3) => ("one contact", alone::<3>(problem, found)),
         (_, 1) => {
-            given.copy_from_slice(impulses);
-            ("pivots", pivoted(&problem.matrix, &problem.velocity, impulses)?)
+            found.copy_from_slice(impulses);
+            ("pivots", pivoted(&problem.matrix, &problem.velocity, found)?)
         }
         _ => return None,
     };
     let seconds = started.elapsed().as_secs_f64();
-    let measure = measure(problem, impulses);
+    let measure = measure(problem, found);
     if !measure.solves(settings.tolerance) {
-        impulses.copy_from_slice(given);
         return None;
     }
+    impulses.copy_from_slice(found);
     Some(FrictionOutcome {
         solved: true,
         measure,
@@ -52,22 +44,26 @@ pub fn at_once(
     })
 }
 
-/// The impulse of the only contact.
-fn alone<const D: usize>(problem: &FrictionProblem, impulses: &mut [f64]) {
+/// The impulse of the only contact; the rounds it took.
+fn alone<const D: usize>(problem: &FrictionProblem, impulses: &mut [f64]) -> usize {
     let w = problem.matrix.blocks(D);
     let block = std::array::from_fn(|r| std::array::from_fn(|c| w.values[D * r + c]));
     let velocity = std::array::from_fn(|k| problem.velocity[k]);
-    let mut local = Local::<D>::new(&block, problem.friction[0]);
+    let mu = problem.friction[0];
+    let mut local = Local::<D>::new(&block, mu);
     let mut found = [0.0; D];
+    let mut rounds = 0;
     // each round finds the slip to the square of its correction: one that is small is the last
-    for _ in 0..8 {
+    while rounds < 8 {
         let before = found;
         found = local.solve(&velocity, &before);
+        rounds += 1;
         let moved = |k: usize| (found[k] - before[k]).abs() <= SMALL * found[0];
         if (0..D).all(moved) {
             break;
         }
     }
-    project_on_cone(&mut found, problem.friction[0]);
+    project_on_cone(&mut found, mu);
     impulses.copy_from_slice(&found);
+    rounds
 }

@@ -44,17 +44,27 @@ impl<const D: usize> Blocks<D> {
     pub fn of(problem: &FrictionProblem) -> Self {
         let velocity = problem.velocity.chunks_exact(D).map(|q| std::array::from_fn(|k| q[k])).collect();
         let operator = Operator::Matrix(problem.matrix.blocks(D));
-        Blocks::assembled(operator, velocity, problem.friction.clone())
+        let norms = problem.matrix.norms(D).to_vec();
+        Blocks::whole(operator, velocity, problem.friction.clone(), norms)
     }
     /// Blocks from their parts.
-    pub fn assembled(operator: Operator<D>, mut velocity: Vec<[f64; D]>, mut friction: Vec<f64>) -> Self {
-        let count = operator.count();
-        let diagonal: Vec<[[f64; D]; D]> = (0..count).map(|i| operator.diagonal_block(i)).collect();
-        let norm = |block: &[[f64; D]; D]| {
-            let norm = spectral_norm::<D>(block.as_flattened());
+    pub fn assembled(operator: Operator<D>, velocity: Vec<[f64; D]>, friction: Vec<f64>) -> Self {
+        let norm = |i: usize| {
+            let norm = spectral_norm::<D>(operator.diagonal_block(i).as_flattened());
             if norm > 0.0 { norm } else { 1.0 }
         };
-        let mut norms: Vec<f64> = diagonal.iter().map(norm).collect();
+        let norms = (0..operator.count()).map(norm).collect();
+        Blocks::whole(operator, velocity, friction, norms)
+    }
+    /// The same with the norms of the diagonal blocks.
+    fn whole(
+        operator: Operator<D>,
+        mut velocity: Vec<[f64; D]>,
+        mut friction: Vec<f64>,
+        mut norms: Vec<f64>,
+    ) -> Self {
+        let count = operator.count();
+        let diagonal: Vec<[[f64; D]; D]> = (0..count).map(|i| operator.diagonal_block(i)).collect();
         velocity.resize(padded(count), [0.0; D]);
         friction.resize(padded(count), 0.0);
         norms.resize(padded(count), 1.0);

@@ -38,7 +38,7 @@ mod system;
 mod warm;
 mod way;
 
-use crate::friction_problem::{FrictionProblem, Measure, measure, measured, project_on_cone};
+use crate::friction_problem::{FrictionProblem, Measure, measure, measured_in, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::impulse_solver::ImpulseChoice;
 use crate::methods::lemke::Lemke;
@@ -216,7 +216,7 @@ fn in_dimension<const D: usize>(
     }
     let seconds = started.elapsed().as_secs_f64();
     let found = r[..blocks.count()].as_flattened();
-    let mut reached = measured::<D>(problem, found, &blocks.norms);
+    let mut reached = measured_in::<D>(problem, found);
     let solved = reached.solves(settings.tolerance) && !answer.not_least;
     let mut given = impulses.to_vec();
     impulses.copy_from_slice(found);
