@@ -17,6 +17,12 @@ pub fn spectral_norm<const D: usize>(block: &[f64]) -> f64 {
     largest_eigenvalue(diagonal, off).max(0.0).sqrt()
 }
 
+/// The same, and 1 for a block of zeros: what a velocity is divided by to be an impulse.
+pub fn norm_or_one<const D: usize>(block: &[f64]) -> f64 {
+    let norm = spectral_norm::<D>(block);
+    if norm > 0.0 { norm } else { 1.0 }
+}
+
 /// The largest eigenvalue of a symmetric 3 x 3 matrix with entries (0, 1), (0, 2), (1, 2) off the diagonal: with mean
 /// m, spread p and h = det((A - m) / p) / 2 the eigenvalues are m + 2 p cos((acos(h) + 2 pi k) / 3) (Smith 1961). The
 /// formula is accurate for the eigenvalue that stands apart: the largest for h >= 0, else the smallest, and then the

@@ -1,6 +1,6 @@
 //! W as problems in matrix form hold it: compressed rows to read, blocks to solve with.
 
-use crate::cone_matrix::spectral_norm;
+use crate::cone_matrix::norm_or_one;
 use crate::delassus::Csr;
 use crate::exact::operator::Matrix;
 use crate::linear::Graph;
@@ -43,14 +43,11 @@ impl Made {
     fn of(rows: &Csr, dimension: usize) -> Self {
         let matrix = in_blocks(rows, dimension);
         let norm = match dimension {
-            1 => spectral_norm::<1>,
-            2 => spectral_norm::<2>,
-            _ => spectral_norm::<3>,
+            1 => norm_or_one::<1>,
+            2 => norm_or_one::<2>,
+            _ => norm_or_one::<3>,
         };
-        let norm = |at: &u32| {
-            let norm = norm(&matrix.values[*at as usize..][..dimension * dimension]);
-            if norm > 0.0 { norm } else { 1.0 }
-        };
+        let norm = |at: &u32| norm(&matrix.values[*at as usize..][..dimension * dimension]);
         let norms = matrix.diagonal.iter().map(norm).collect();
         Made { matrix: Arc::new(matrix), norms }
     }

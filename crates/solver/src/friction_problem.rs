@@ -179,6 +179,7 @@ pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
 /// Up to so many contacts nothing is allocated for a measure.
 const FEW: usize = 16;
 
+/// The same with the number of rows per contact known beforehand.
 pub(crate) fn measured_in<const D: usize>(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
     let (w, norms) = (problem.matrix.blocks(D), problem.matrix.norms(D));
     let (impulses, _) = impulses.as_chunks::<D>();

@@ -1,7 +1,6 @@
 //! `carom-contact scaling`: cost against size on walls and lattices of 1e2 to 1e5 contacts. First-order methods: CPU
 //! time of one iteration, on the bodies and on the assembled W. `exact`: CPU time to the tolerance. With `--piles`,
-//! piles of so many bodies in place of these: `pgs` and `nncg` to the tolerance too, for nothing that factorises ends
-//! on the largest.
+//! piles of so many bodies in place of these: `pgs`, `nncg` and `exact` to the tolerance, or to the limit.
 
 use crate::clock::thread_seconds;
 use crate::options::Options;
@@ -206,7 +205,8 @@ fn piles(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// Prints and saves `scaling.csv`, for piles `piles.csv`. A form of `exact` that takes longer than the limit is left out of larger problems.
+/// Prints and saves `scaling.csv`, for piles `piles.csv`. A form of `exact` that takes longer than the limit is left out
+/// of larger problems.
 ///
 /// # Errors
 /// What the file system says.

@@ -2,7 +2,7 @@
 
 use super::lane::padded;
 use super::operator::Operator;
-use crate::cone_matrix::spectral_norm;
+use crate::cone_matrix::norm_or_one;
 use crate::friction_problem::FrictionProblem;
 
 /// u = W r + q in blocks.
@@ -49,10 +49,7 @@ impl<const D: usize> Blocks<D> {
     }
     /// Blocks from their parts.
     pub fn assembled(operator: Operator<D>, velocity: Vec<[f64; D]>, friction: Vec<f64>) -> Self {
-        let norm = |i: usize| {
-            let norm = spectral_norm::<D>(operator.diagonal_block(i).as_flattened());
-            if norm > 0.0 { norm } else { 1.0 }
-        };
+        let norm = |i: usize| norm_or_one::<D>(operator.diagonal_block(i).as_flattened());
         let norms = (0..operator.count()).map(norm).collect();
         Blocks::whole(operator, velocity, friction, norms)
     }

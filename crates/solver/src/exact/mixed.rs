@@ -365,6 +365,8 @@ impl<'a, S: Space> Newton<'a, S> {
             Law::Bounded(low, high) if z[0] > low && z[0] < high => {}
             Law::Pushing => (nearest[0], slope[0][0]) = (0.0, 0.0),
             Law::Bounded(low, high) => (nearest[0], slope[0][0]) = (z[0].max(low).min(high), 0.0),
+            // no friction holds nothing, not even what is at rest
+            Law::Limited(0.0, _) => (nearest, slope) = ([0.0; 2], [[0.0; 2]; 2]),
             Law::Limited(coefficient, by) => {
                 let limit = coefficient * x[by].max(0.0);
                 nearest = within(z, limit);

@@ -81,9 +81,9 @@ fn put<S: Simd>(x: &mut [f64], at: usize, value: S::f64s) {
 fn invert<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
     match k {
         1..=3 if invert_small(a, k) => true,
-        4 => invert_lines::<S, 4, 8>(simd, a),
-        5 => invert_lines::<S, 5, 8>(simd, a),
-        6 => invert_lines::<S, 6, 8>(simd, a),
+        4 => invert_lines::<S, 4>(simd, a),
+        5 => invert_lines::<S, 5>(simd, a),
+        6 => invert_lines::<S, 6>(simd, a),
         _ => invert_any(simd, a, k),
     }
 }
@@ -91,10 +91,10 @@ fn invert<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
 /// The diagonal is kept as pivot unless another entry is this many times larger: swaps cost and rarely help here.
 const WORSE: f64 = 10.0;
 
-/// The same for N lines of W numbers, their sizes known beforehand.
+/// The same for N lines, 4 to 8, that fill eight numbers each.
 #[inline(always)]
-fn invert_lines<S: Simd, const N: usize, const W: usize>(simd: S, a: &mut [f64]) -> bool {
-    let (lines, _) = a.as_chunks_mut::<W>();
+fn invert_lines<S: Simd, const N: usize>(simd: S, a: &mut [f64]) -> bool {
+    let (lines, _) = a.as_chunks_mut::<8>();
     let lines = &mut lines[..N];
     let mut swaps = [0usize; N];
     for c in 0..N {
