@@ -2,7 +2,7 @@
 
 use crate::common::*;
 use crate::scenes::*;
-use carom_math::Space;
+use carom_math::{Column, Space};
 use carom_solver::{
     BoundedRow, ContactProblem, FrictionLaw, ImpulseChoice, Impulses, Outcome, Resistance, SolveSettings,
     SolverKind, Stop, residual,
@@ -78,6 +78,18 @@ fn redundant_structures_that_resist_are_solved<S: Space>() {
     }
 }
 
+/// Contacts without friction whose bodies do not move sideways were taken to stick: Newton then pushed sideways.
+fn frictionless_contacts_at_rest_hold_nothing<S: Space>() {
+    let mut problem = stack::<S>(&[1.0, 2.0, 3.0], 0.0);
+    let coefficient = |contact| Resistance { contact, rolling: 0.0, spinning: 0.0 };
+    problem.resistances = (0..problem.contacts.len()).map(coefficient).collect();
+    let settings = SolveSettings { tolerance: 1e-12, iterations: 1, ..SolveSettings::default() };
+    let (impulses, outcome) = exact(&problem, settings);
+    assert_eq!(outcome.stop, Stop::Converged, "{outcome:?}");
+    assert!(outcome.factorisations > 0 && outcome.factorisations < 20, "{outcome:?}");
+    assert!(impulses.contacts.iter().all(|c| c.tangent == S::Slip::ZERO));
+}
+
 /// What Newton gives is what a million sweeps give, and takes fewer.
 fn the_answer_is_that_of_the_sweeps<S: Space>() {
     let mut random = Random::new(303);
@@ -132,6 +144,7 @@ fn a_budget_of_no_factorisations_is_kept<S: Space>() {
 in_both_spaces! {
     mixed_problems_are_solved_to_the_last_digits;
     redundant_structures_that_resist_are_solved;
+    frictionless_contacts_at_rest_hold_nothing;
     the_answer_is_that_of_the_sweeps;
     auto_takes_mixed_problems_to_the_last_digits;
     least_impulses_of_mixed_problems_are_refused;
