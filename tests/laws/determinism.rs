@@ -70,7 +70,7 @@ pub fn an_integrator_or_law_of_another_name_gives_other_bits<S: Dimension>() {
             position_correction: PositionCorrection::Nudge,
             ..Settings::default()
         },
-        Settings { solver: SolverKind::Sequential, ..Settings::default() },
+        Settings { solver: Some(SolverKind::Sequential), ..Settings::default() },
         Settings { iterations: 3, ..Settings::default() },
     ] {
         assert_ne!(reference, run_with(other.clone()), "{other:?}");

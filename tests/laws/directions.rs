@@ -52,7 +52,7 @@ fn largest_bend(settings: &Settings<Spatial>, slider: usize, yaw: f64, heading: 
 /// default solver.
 #[test]
 fn sliding_bodies_of_any_shape_go_straight() {
-    let exactly = Settings { solver: SolverKind::Exact, tolerance: 1e-12, ..Settings::default() };
+    let exactly = Settings { solver: Some(SolverKind::Exact), tolerance: 1e-12, ..Settings::default() };
     for (settings, bound) in [(exactly, 1e-6), (Settings::default(), 0.1)] {
         for (k, (name, ..)) in sliders().iter().enumerate() {
             let bend = |step: i32| {

@@ -36,7 +36,7 @@ pub fn a_step_that_fails_leaves_the_world_as_it_was<S: Dimension>() {
         ("body2", |w| w.apply_wrench(4, Wrench { force: S::at(f64::NAN, 0.0), torque: S::Spin::ZERO })),
         ("body3", |w| w.motion_mut().velocity[5] = S::at(1e300, 1e300)),
         ("direct", |w| {
-            let settings = Settings { solver: SolverKind::Direct, ..w.settings().clone() };
+            let settings = Settings { solver: Some(SolverKind::Direct), ..w.settings().clone() };
             w.set_settings(settings).expect("possible");
             // two bricks in one place: redundant contacts, of which turning closes some
             let m = w.motion_mut();

@@ -86,6 +86,8 @@ pub trait Geometry: Space {
     fn bounds(collider: &Self::Collider, pose: &Pose<Self>, margin: f64) -> Aabb<Self>;
     /// Largest extent of the shape \[m\]; infinite for half-planes and half-spaces. Sets length scales.
     fn extent(shape: &Self::Shape) -> f64;
+    /// True for a disc or a ball about its frame's origin, which turning does not change.
+    fn is_ball(shape: &Self::Shape) -> bool;
     /// Closed-form mass properties at a constant density \[kg/m^DIM\].
     ///
     /// # Errors

@@ -32,6 +32,9 @@ impl Geometry for Planar {
     fn extent(shape: &PlanarShape) -> f64 {
         Self::collider(shape).map_or(f64::NAN, |c| longest_side(&c.bounds(&Pose::default(), 0.0)))
     }
+    fn is_ball(shape: &PlanarShape) -> bool {
+        matches!(shape, PlanarShape::Circle { .. })
+    }
     fn mass_properties(shape: &PlanarShape, density: f64) -> Result<MassProperties<Self>, ShapeError> {
         mass_planar::mass_properties(shape, density)
     }

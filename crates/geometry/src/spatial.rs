@@ -38,6 +38,9 @@ impl Geometry for Spatial {
     fn extent(shape: &SpatialShape) -> f64 {
         Self::collider(shape).map_or(f64::NAN, |c| longest_side(&c.bounds(&Pose::default(), 0.0)))
     }
+    fn is_ball(shape: &SpatialShape) -> bool {
+        matches!(shape, SpatialShape::Sphere { .. })
+    }
     fn mass_properties(shape: &SpatialShape, density: f64) -> Result<MassProperties<Self>, ShapeError> {
         mass_spatial::mass_properties(shape, density)
     }

@@ -67,6 +67,9 @@ pub struct BodyData<S: Geometry> {
     pub collider: Option<S::Collider>,
     /// Largest extent of the shape \[m\]; 0 without one, infinite for half-planes.
     pub extent: f64,
+    /// Farthest that turning can carry a point of the surface, per radian \[m\]: 0 for discs and balls about their
+    /// centre of mass, infinite for half-planes.
+    pub turning_arm: f64,
     /// Coefficient of friction \[1\].
     pub friction: f64,
     /// Coefficient of rolling friction \[m\].
@@ -197,6 +200,7 @@ impl<S: Geometry> Bodies<S> {
             principal,
             axes,
             extent: spec.shape.as_ref().map_or(0.0, S::extent),
+            turning_arm: turning_arm::<S>(spec.shape.as_ref(), collider.as_ref(), mass_properties.center),
             mass_properties,
             shape: spec.shape,
             collider,
@@ -216,6 +220,24 @@ impl<S: Geometry> Bodies<S> {
         self.index.insert(name.into(), self.names.len());
         self.names.push(name.into());
         Ok(self.names.len() - 1)
+    }
+
+    /// Some of the bodies, in the order given, without names and shapes as stated: what a step needs of them.
+    pub(crate) fn some(&self, indices: &[usize]) -> Bodies<S> {
+        let m = &self.motion;
+        let data = indices.iter().map(|&i| BodyData { shape: None, ..self.data[i].clone() });
+        Bodies {
+            data: data.collect(),
+            motion: Motion {
+                position: indices.iter().map(|&i| m.position[i]).collect(),
+                rotation: indices.iter().map(|&i| m.rotation[i]).collect(),
+                velocity: indices.iter().map(|&i| m.velocity[i]).collect(),
+                angular_velocity: indices.iter().map(|&i| m.angular_velocity[i]).collect(),
+            },
+            names: Vec::new(),
+            index: BTreeMap::new(),
+            serials: self.serials,
+        }
     }
 
     /// Removes a body; those after it move up by one.
@@ -263,6 +285,21 @@ impl<S: Geometry> Bodies<S> {
         }
         Ok(())
     }
+}
+
+/// Farthest point of a shape from its centre of mass, by the corner of a box; 0 where turning moves no surface.
+fn turning_arm<S: Geometry>(
+    shape: Option<&S::Shape>,
+    collider: Option<&S::Collider>,
+    center: S::Vector,
+) -> f64 {
+    let (Some(shape), Some(collider)) = (shape, collider) else { return 0.0 };
+    if S::is_ball(shape) && center == S::Vector::ZERO {
+        return 0.0;
+    }
+    let bounds = S::bounds(collider, &Pose::default(), 0.0);
+    let corner = S::Vector::from_fn(|k| (bounds.max[k] - center[k]).abs().max((bounds.min[k] - center[k]).abs()));
+    corner.norm()
 }
 
 fn edit_distance(a: &str, b: &str) -> usize {

@@ -44,6 +44,6 @@ pub use narrow_phase::Touch;
 pub use observe::energy::{Energy, Momenta};
 pub use observe::explain::{Explanation, Finding, Topic};
 pub use observe::ledger::Ledger;
-pub use observe::report::{SolveReport, StepReport};
-pub use settings::{ImpactLaw, OnInaccurate, PositionCorrection, Scheme, Settings};
+pub use observe::report::{Events, SolveReport, StepReport};
+pub use settings::{EventSettings, ImpactLaw, OnInaccurate, PositionCorrection, Scheme, Settings};
 pub use world::{Phase, World, World2, World3};

@@ -71,23 +71,7 @@ impl<S: Geometry> NarrowPhase<S> {
             self.points.clear();
             let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
             S::contacts(ca, &bodies.shape_pose(a), cb, &bodies.shape_pose(b), margin, &mut self.points);
-            let friction = settings.friction_mixing.mix(data[a].friction, data[b].friction);
-            // either body's softness makes the moment: the larger coefficient is the contact's
-            let rolling = Mixing::Max.mix(data[a].rolling_friction, data[b].rolling_friction);
-            let spinning = Mixing::Max.mix(data[a].spinning_friction, data[b].spinning_friction);
-            let restitution = settings.restitution_mixing.mix(data[a].restitution, data[b].restitution);
-            out.extend(self.points.iter().map(|p| Touch {
-                id: contact_id(data[a].serial, data[b].serial, p.feature),
-                a,
-                b,
-                point: p.point,
-                normal: p.normal,
-                gap: p.gap,
-                friction,
-                rolling,
-                spinning,
-                restitution,
-            }));
+            touches_of(bodies, settings, (a, b), &self.points, out);
         }
     }
 
@@ -109,6 +93,34 @@ impl<S: Geometry> NarrowPhase<S> {
             self.movable.push(d.inverse_mass > 0.0);
         }
     }
+}
+
+/// Appends the touches of a pair from its contact points.
+pub fn touches_of<S: Geometry>(
+    bodies: &Bodies<S>,
+    settings: &Settings<S>,
+    (a, b): (usize, usize),
+    points: &[ContactPoint<S>],
+    out: &mut Vec<Touch<S>>,
+) {
+    let data = &bodies.data;
+    let friction = settings.friction_mixing.mix(data[a].friction, data[b].friction);
+    // either body's softness makes the moment: the larger coefficient is the contact's
+    let rolling = Mixing::Max.mix(data[a].rolling_friction, data[b].rolling_friction);
+    let spinning = Mixing::Max.mix(data[a].spinning_friction, data[b].spinning_friction);
+    let restitution = settings.restitution_mixing.mix(data[a].restitution, data[b].restitution);
+    out.extend(points.iter().map(|p| Touch {
+        id: contact_id(data[a].serial, data[b].serial, p.feature),
+        a,
+        b,
+        point: p.point,
+        normal: p.normal,
+        gap: p.gap,
+        friction,
+        rolling,
+        spinning,
+        restitution,
+    }));
 }
 
 /// Largest speed of a body's surface in a step before impacts \[m/s\].

@@ -15,6 +15,43 @@ pub enum Scheme {
     /// Steps of a fixed length; impacts at the step's start, contact forces during it.
     #[default]
     FixedStep,
+    /// Steps with impacts and stops of slipping found inside them; contact conditions on mean velocities.
+    Events,
+}
+
+/// Choices of the scheme `events`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EventSettings {
+    /// Gap up to which bodies touch, over the smallest body's size \[1\]. Default 1e-5: contacts this near act
+    /// together, which sets the number of events in piles; larger saves events, smaller changes no answer much.
+    pub touching: f64,
+    /// Impacts slower than this times |g| dt do not bounce \[1\]; elastic ones always do. Default .05: a bouncing
+    /// ball comes to rest within two steps of its moment.
+    pub rest_speed_factor: f64,
+    /// Residual that solves aim at, over |g| dt \[1\]. Default 1e-12; 1e-8 is enough for piles. Whether a step is
+    /// inaccurate is judged by the world's tolerance.
+    pub tolerance: f64,
+    /// Stops of slipping contacts found per step and group. Default 16; further ones end within their flow.
+    pub slip_stops: usize,
+    /// Events per step and group after which the rest of the step is taken at once. Default the larger of 64 and
+    /// twice the group's bodies.
+    pub cap: Option<usize>,
+    /// Overlap that is projected away, over the smallest body's size \[1\]. Default 1e-9.
+    pub overlap: f64,
+}
+
+impl Default for EventSettings {
+    fn default() -> Self {
+        EventSettings {
+            touching: 1e-5,
+            rest_speed_factor: 0.05,
+            tolerance: 1e-12,
+            slip_stops: 16,
+            cap: None,
+            overlap: 1e-9,
+        }
+    }
 }
 
 /// The impact laws: what a set of simultaneous collisions does to the velocities.
@@ -85,8 +122,10 @@ pub struct Settings<S: Space> {
     pub integrator: Integrator,
     /// The time-stepping scheme.
     pub scheme: Scheme,
-    /// The solver of contact problems.
-    pub solver: SolverKind,
+    /// Choices of the scheme `events`.
+    pub events: EventSettings,
+    /// The solver of contact problems. Default the scheme's: `pgs` for fixed steps, `exact` for events.
+    pub solver: Option<SolverKind>,
     /// Most iterations per solve \[1\]. Default 100.
     pub iterations: usize,
     /// Stop when the residual is at or below this \[m/s\]. Default 1e-6; 0 spends all iterations.
@@ -133,7 +172,8 @@ impl<S: Space> Default for Settings<S> {
             dt: 1.0 / 240.0,
             integrator: Integrator::default(),
             scheme: Scheme::default(),
-            solver: SolverKind::default(),
+            events: EventSettings::default(),
+            solver: None,
             iterations: 100,
             tolerance: 1e-6,
             factorisations: carom_solver::impulse_solver::most_factorisations(),
@@ -158,6 +198,14 @@ impl<S: Space> Settings<S> {
     pub fn solve(&self) -> SolveSettings {
         let Settings { iterations, tolerance, factorisations, impulses, .. } = *self;
         SolveSettings { iterations, tolerance, factorisations, impulses }
+    }
+    /// The solver that is used: the one chosen, or the scheme's own.
+    pub fn solver_kind(&self) -> SolverKind {
+        let own = match self.scheme {
+            Scheme::FixedStep => SolverKind::default(),
+            Scheme::Events => SolverKind::Exact,
+        };
+        self.solver.unwrap_or(own)
     }
     /// Checks every number.
     ///
@@ -189,6 +237,10 @@ impl<S: Space> Settings<S> {
             ("correction_fraction", Some(self.correction_fraction), 1.0),
             ("correction_slop", self.correction_slop, f64::MAX),
             ("contact_margin", self.contact_margin, f64::MAX),
+            ("events.touching", Some(self.events.touching), 1.0),
+            ("events.rest_speed_factor", Some(self.events.rest_speed_factor), f64::MAX),
+            ("events.tolerance", Some(self.events.tolerance), f64::MAX),
+            ("events.overlap", Some(self.events.overlap), 1.0),
         ];
         for (field, value, most) in at_least_zero {
             if let Some(x) = value.filter(|x| !(*x >= 0.0 && *x <= most)) {
@@ -199,6 +251,11 @@ impl<S: Space> Settings<S> {
                     "see the setting's unit",
                 ));
             }
+        }
+        if self.scheme == Scheme::Events && !self.integrator.kicks_half_way() {
+            let problem = format!("{:?} does not kick half-way through a step", self.integrator);
+            let remedy = "take trapezoid or implicit_midpoint with scheme events";
+            return Err(BuildError::setting("integrator", problem, remedy));
         }
         Ok(())
     }

@@ -15,6 +15,9 @@ pub struct WarmStart<S: Space> {
     /// Contact id and moment of rolling and spinning friction \[N m\] in world axes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub moments: Vec<(u64, S::Spin)>,
+    /// Contacts that held through the last flow of a scheme with events, ascending.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pressed: Vec<u64>,
 }
 
 impl<S: Space> WarmStart<S> {
@@ -36,6 +39,19 @@ impl<S: Space> WarmStart<S> {
             }
         }
         self.moments.sort_by_key(|m| m.0);
+    }
+    /// Adds another group's forces and pressed contacts; `sort` them when all are in.
+    pub(crate) fn take_over(&mut self, other: WarmStart<S>, pressed: Vec<u64>) {
+        self.forces.extend(other.forces);
+        self.moments.extend(other.moments);
+        self.pressed.extend(pressed);
+    }
+    /// Puts all lists in order.
+    pub(crate) fn sort(&mut self) {
+        self.forces.sort_by_key(|f| f.0);
+        self.moments.sort_by_key(|m| m.0);
+        self.pressed.sort_unstable();
+        self.pressed.dedup();
     }
     /// Fills in the impulses of contacts that were there in the last step.
     pub fn load(&self, problem: &ContactProblem<S>, dt: f64, impulses: &mut Impulses<S>) {

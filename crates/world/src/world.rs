@@ -5,14 +5,17 @@ use crate::bodies::{Bodies, Motion};
 use crate::body::{BodyKind, BodySpec};
 use crate::error::{BuildError, StepError};
 use crate::force::{ForceField, Wrench};
+use crate::impact::Impacts;
 use crate::integrate::Step;
 use crate::narrow_phase::{NarrowPhase, Touch};
 use crate::observe::energy::{Energy, Momenta};
 use crate::observe::explain::{Explanation, Scene, phase_of};
 use crate::observe::ledger::Ledger;
-use crate::observe::report::StepReport;
+use crate::observe::report::{SolveReport, StepReport};
 use crate::settings::{Scheme, Settings};
-use crate::stepping::fixed_step::{FixedStep, Outside, SchemeReport};
+use crate::stepping::events::EventsScheme;
+use crate::stepping::fixed_step::FixedStep;
+use crate::stepping::{Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Planar, Rotation, Spatial};
@@ -66,12 +69,59 @@ pub struct World<S: Geometry> {
     applied: Vec<Wrench<S>>,
     narrow_phase: NarrowPhase<S>,
     touches: Vec<Touch<S>>,
-    fixed_step: FixedStep<S>,
+    schemes: Schemes<S>,
     checkpoint: (Motion<S>, WarmStart<S>),
     /// What the step before found; the scheme's memory is used in turns, so that a failed step loses nothing.
-    spare: (Vec<Touch<S>>, FixedStep<S>),
+    spare: (Vec<Touch<S>>, Schemes<S>),
     /// Why the last step that failed because of a solve did.
     failure: Option<Explanation>,
+}
+
+/// The schemes' memories, and which of them took the last step.
+struct Schemes<S: Geometry> {
+    ran: Scheme,
+    fixed_step: FixedStep<S>,
+    events: EventsScheme<S>,
+}
+
+impl<S: Geometry> Default for Schemes<S> {
+    fn default() -> Self {
+        Schemes {
+            ran: Scheme::default(),
+            fixed_step: FixedStep::default(),
+            events: EventsScheme::default(),
+        }
+    }
+}
+
+impl<S: Geometry> Schemes<S> {
+    /// The last step's contact problem, its impulses, and the touch of each contact.
+    fn contact(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
+        match self.ran {
+            Scheme::FixedStep => {
+                let s = &self.fixed_step;
+                (&s.problem, &s.impulses, &s.pressed)
+            }
+            Scheme::Events => {
+                let s = &self.events;
+                (&s.problem, &s.impulses, &s.pressed)
+            }
+        }
+    }
+    /// The last step's impacts.
+    fn impacts(&self) -> &Impacts<S> {
+        match self.ran {
+            Scheme::FixedStep => &self.fixed_step.impacts,
+            Scheme::Events => &self.events.impacts,
+        }
+    }
+    /// The solve that the last step was refused for.
+    fn take_failed(&mut self) -> Option<SolveReport> {
+        match self.ran {
+            Scheme::FixedStep => self.fixed_step.failed.take(),
+            Scheme::Events => self.events.failed.take(),
+        }
+    }
 }
 
 impl<S: Geometry> World<S> {
@@ -92,9 +142,9 @@ impl<S: Geometry> World<S> {
             applied: Vec::new(),
             narrow_phase: NarrowPhase::default(),
             touches: Vec::new(),
-            fixed_step: FixedStep::default(),
+            schemes: Schemes::default(),
             checkpoint: Default::default(),
-            spare: (Vec::new(), FixedStep::default()),
+            spare: (Vec::new(), Schemes::default()),
             failure: None,
         })
     }
@@ -116,7 +166,7 @@ impl<S: Geometry> World<S> {
         self.bodies.remove(name)?;
         self.applied.remove(index);
         self.touches.clear();
-        self.fixed_step = FixedStep::default();
+        self.schemes = Schemes::default();
         Ok(())
     }
     /// The bodies.
@@ -207,17 +257,17 @@ impl<S: Geometry> World<S> {
     }
     /// The contact problem of the last step, its impulses, and for each of its contacts the index into `touches`.
     pub fn last_problem(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
-        (&self.fixed_step.problem, &self.fixed_step.impulses, &self.fixed_step.pressed)
+        self.schemes.contact()
     }
     /// The impact problem of the last step's first round, its impulses, and for each of its contacts the index into
     /// `touches`; no indices when nothing struck.
     pub fn last_impacts(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
-        let impacts = &self.fixed_step.impacts;
+        let impacts = self.schemes.impacts();
         (&impacts.problem, &impacts.impulses, &impacts.struck)
     }
     /// Impulses that the last step's impacts gave to each of its touches, in contact frames.
     pub fn last_strikes(&self) -> &[Impulse<S>] {
-        &self.fixed_step.impacts.totals
+        &self.schemes.impacts().totals
     }
     /// The problem that a step of length `dt` \[s\] would solve from here. The world does not change, but its
     /// force fields are asked as in a step.
@@ -247,10 +297,10 @@ impl<S: Geometry> World<S> {
             Ok(_) => {}
         }
         if phase == Phase::Contact {
-            return Ok(tried.problem);
+            return Ok(tried.contact().0.clone());
         }
-        let mut problem = tried.impacts.problem;
-        if tried.impacts.struck.is_empty() {
+        let mut problem = tried.impacts().problem.clone();
+        if tried.impacts().struck.is_empty() {
             // nothing approaches: a problem without contacts, and not that of an earlier step
             assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
         }
@@ -289,7 +339,7 @@ impl<S: Geometry> World<S> {
     /// Keeps why a step fails, for which the problem must still be there, and tells the error.
     fn explain_failure(&mut self, error: &mut StepError) {
         let Some(phase) = phase_of(error) else { return };
-        let Some(solve) = self.fixed_step.failed.take() else { return };
+        let Some(solve) = self.schemes.take_failed() else { return };
         let told = self.scene(true).explain_failure(phase, &solve);
         if let StepError::Inaccurate { explanation, .. } = error {
             *explanation = told.text().replace('\n', "; ");
@@ -303,8 +353,8 @@ impl<S: Geometry> World<S> {
             bodies: &self.bodies,
             settings: &self.settings,
             touches: &self.touches,
-            impact: (&self.fixed_step.impacts.problem, &self.fixed_step.impacts.impulses),
-            contact: (&self.fixed_step.problem, &self.fixed_step.impulses),
+            impact: (&self.schemes.impacts().problem, &self.schemes.impacts().impulses),
+            contact: (self.schemes.contact().0, self.schemes.contact().1),
         }
     }
 
@@ -332,7 +382,7 @@ impl<S: Geometry> World<S> {
         let nothing = ContactProblem::new(Vec::new(), Vec::new());
         // of a step without impacts the problem is that of an earlier one
         let (problem, impulses) = match phase {
-            Phase::Impact if self.fixed_step.impacts.struck.is_empty() => {
+            Phase::Impact if self.schemes.impacts().struck.is_empty() => {
                 (&nothing, &Impulses::zero(&nothing))
             }
             _ => (problem, impulses),
@@ -345,12 +395,11 @@ impl<S: Geometry> World<S> {
 
     fn swap_scheme(&mut self) {
         std::mem::swap(&mut self.touches, &mut self.spare.0);
-        std::mem::swap(&mut self.fixed_step, &mut self.spare.1);
+        std::mem::swap(&mut self.schemes, &mut self.spare.1);
     }
 
     fn advance(&mut self, dt: f64, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
         let before = self.energy();
-        self.narrow_phase.update(&self.bodies, &self.settings, dt, &mut self.touches);
         let mut stopped = false;
         let scheme = self.advance_scheme(dt, &mut |progress| {
             let goes_on = watch(progress);
@@ -359,7 +408,7 @@ impl<S: Geometry> World<S> {
         })?;
         if stopped {
             // the solve came to its end at the very look that asked to stop
-            let contacts = self.fixed_step.problem.contacts.len();
+            let contacts = self.schemes.contact().0.contacts.len();
             return Err(StepError::Interrupted { phase: Phase::Contact.name(), contacts, time: self.time });
         }
         self.normalize_rotations();
@@ -375,15 +424,19 @@ impl<S: Geometry> World<S> {
             out.extend_from_slice(applied);
             add_fields(fields, time, bodies, out)
         };
-        match self.settings.scheme {
-            Scheme::FixedStep => self.fixed_step.advance(
-                &mut self.bodies,
-                &self.touches,
-                &self.settings,
-                &step,
-                Outside { loads: &mut loads, watch },
-                &mut self.warm,
-            ),
+        let outside = Outside { loads: &mut loads, watch };
+        let (bodies, settings, warm) = (&mut self.bodies, &self.settings, &mut self.warm);
+        self.schemes.ran = settings.scheme;
+        match settings.scheme {
+            Scheme::FixedStep => {
+                self.narrow_phase.update(bodies, settings, dt, &mut self.touches);
+                self.schemes.fixed_step.advance(bodies, &self.touches, settings, &step, outside, warm)
+            }
+            Scheme::Events => {
+                let report = self.schemes.events.advance(bodies, settings, &step, outside, warm);
+                self.touches.clone_from(&self.schemes.events.touches);
+                report
+            }
         }
     }
 
@@ -400,13 +453,14 @@ impl<S: Geometry> World<S> {
             step: self.steps,
             time: self.time,
             dt,
-            solver: self.settings.solver,
+            solver: self.settings.solver_kind(),
             tolerance: self.settings.tolerance,
             budget: self.settings.iterations,
             contacts: self.touches.len(),
             contact_solve: scheme.contact_solve,
             impact_solve: scheme.impact_solve,
             deepest,
+            events: scheme.events,
             energy,
             momenta: self.momenta(),
             ledger,
@@ -517,7 +571,7 @@ impl<S: Geometry> World<S> {
         self.warm = warm;
         self.ledger = ledger;
         self.touches.clear();
-        self.fixed_step = FixedStep::default();
+        self.schemes = Schemes::default();
         self.applied = vec![Wrench::default(); self.bodies.len()];
     }
 

@@ -26,6 +26,8 @@ const ROUNDS: usize = 16;
 pub struct Thresholds {
     /// Impacts slower than this do not bounce \[m/s\].
     pub rest_speed: f64,
+    /// The same for elastic ones, restitution 1 \[m/s\].
+    pub elastic_rest_speed: f64,
     /// Approaches slower than this are the solver's noise \[m/s\].
     pub still_speed: f64,
     /// Plastic approaches slower than this do not make an impact phase necessary \[m/s\].
@@ -50,7 +52,8 @@ pub enum Role {
 impl Thresholds {
     /// The role of a contact from its gap and normal velocity.
     pub fn role(&self, gap: f64, normal_velocity: f64, restitution: f64) -> Role {
-        let fast = restitution > 0.0 && -normal_velocity > self.rest_speed.max(self.still_speed);
+        let rest_speed = if restitution >= 1.0 { self.elastic_rest_speed } else { self.rest_speed };
+        let fast = restitution > 0.0 && -normal_velocity > rest_speed.max(self.still_speed);
         match (fast, gap <= self.touching || gap + self.dt * normal_velocity < 0.0) {
             (true, true) => Role::Bounces,
             (true, false) => Role::Pending,

@@ -156,6 +156,21 @@ impl Integrator {
     }
 }
 
+/// Turns a body freely for a time by an integrator's rotation method, position apart.
+pub fn turn_freely<S: Geometry>(integrator: Integrator, bodies: &mut Bodies<S>, i: usize, h: f64) {
+    let w = bodies.motion.angular_velocity[i];
+    if w == S::Spin::ZERO {
+        return;
+    }
+    match integrator {
+        _ if turns_steadily(bodies, i) => {
+            bodies.motion.rotation[i] = bodies.motion.rotation[i].then(&S::Rotation::about(w * h));
+        }
+        Integrator::ImplicitMidpoint => midpoint_rotation(bodies, i, h),
+        _ => split_rotation(bodies, i, h),
+    }
+}
+
 /// x + h v and a rotation method for torque-free motion, for every body that can move.
 fn drift<S: Geometry>(bodies: &mut Bodies<S>, h: f64, rotate: fn(&mut Bodies<S>, usize, f64)) {
     for i in 0..bodies.len() {

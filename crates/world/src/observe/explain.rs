@@ -152,7 +152,7 @@ impl<S: Geometry> Scene<'_, S> {
     }
 
     fn explain_solve(&self, told: &mut Explanation, phase: Phase, solve: &SolveReport) {
-        let (solver, tolerance) = (self.settings.solver.name(), self.settings.tolerance);
+        let (solver, tolerance) = (self.settings.solver_kind().name(), self.settings.tolerance);
         let near = self.names(solve.worst);
         let place = place(&near);
         let kind = phase.name();
@@ -184,7 +184,7 @@ impl<S: Geometry> Scene<'_, S> {
 
     /// What makes a solve exact whatever the cause.
     fn stronger_solver(&self) -> String {
-        if self.settings.solver.stronger().contains(&SolverKind::Exact) {
+        if self.settings.solver_kind().stronger().contains(&SolverKind::Exact) {
             let (auto, exact) = (SolverKind::Auto.name(), SolverKind::Exact.name());
             format!("set solver = \"{auto}\" or \"{exact}\", or on_inaccurate = \"escalate\"")
         } else {

@@ -26,6 +26,12 @@ pub struct Ledger {
     pub impact_friction: f64,
     /// Normal impulses of contacts with restitution that approached below the rest speed and did not bounce.
     pub rest_cut: f64,
+    /// Contacts of steps with too many events, taken at once.
+    #[serde(default)]
+    pub fallback: f64,
+    /// Reactions of joints.
+    #[serde(default)]
+    pub constraint: f64,
     /// Position correction: energy after minus before it.
     pub projection: f64,
     /// The integrator: energy that free motion gained or lost.
@@ -36,7 +42,7 @@ pub struct Ledger {
 
 impl Ledger {
     /// Names of the lines, in order, as users and files have them.
-    pub const NAMES: [&'static str; 12] = [
+    pub const NAMES: [&'static str; 14] = [
         "gravity",
         "applied",
         "driven",
@@ -46,12 +52,14 @@ impl Ledger {
         "impact_normal",
         "impact_friction",
         "rest_cut",
+        "fallback",
+        "constraint",
         "projection",
         "integrator",
         "closure",
     ];
     /// The lines in the order of `NAMES`.
-    pub fn lines(&self) -> [f64; 12] {
+    pub fn lines(&self) -> [f64; 14] {
         [
             self.gravity,
             self.applied,
@@ -62,6 +70,8 @@ impl Ledger {
             self.impact_normal,
             self.impact_friction,
             self.rest_cut,
+            self.fallback,
+            self.constraint,
             self.projection,
             self.integrator,
             self.closure,
@@ -69,7 +79,7 @@ impl Ledger {
     }
     /// Sum of the lines that change the total energy (all but gravity and closure).
     pub fn sum(&self) -> f64 {
-        self.lines()[1..11].iter().sum()
+        self.lines()[1..13].iter().sum()
     }
     /// Adds another step's ledger.
     pub fn add(&mut self, o: &Ledger) {
@@ -82,6 +92,8 @@ impl Ledger {
         self.impact_normal += o.impact_normal;
         self.impact_friction += o.impact_friction;
         self.rest_cut += o.rest_cut;
+        self.fallback += o.fallback;
+        self.constraint += o.constraint;
         self.projection += o.projection;
         self.integrator += o.integrator;
         self.closure += o.closure;

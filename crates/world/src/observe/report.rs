@@ -44,6 +44,41 @@ impl SolveReport {
     }
 }
 
+/// What happened within a step of a scheme with events; zeros for steps without them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Events {
+    /// Arrivals of contacts found within the step.
+    pub arrivals: usize,
+    /// Impact phases.
+    pub impacts: usize,
+    /// Stops of slipping contacts found within the step.
+    pub slip_stops: usize,
+    /// Groups of bodies that reached their cap of events and took the rest of the step at once.
+    pub capped: usize,
+    /// Times that the rest of a step was taken at once.
+    pub fallbacks: usize,
+    /// Times that overlaps were projected away.
+    pub projections: usize,
+    /// Deepest overlap that was \[m\].
+    pub deepest: f64,
+    /// Groups of bodies advanced by themselves.
+    pub groups: usize,
+}
+
+impl Events {
+    /// Adds another group's events.
+    pub fn add(&mut self, o: &Events) {
+        self.arrivals += o.arrivals;
+        self.impacts += o.impacts;
+        self.slip_stops += o.slip_stops;
+        self.capped += o.capped;
+        self.fallbacks += o.fallbacks;
+        self.projections += o.projections;
+        self.deepest = self.deepest.max(o.deepest);
+        self.groups += o.groups;
+    }
+}
+
 /// Report of one step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
@@ -68,6 +103,9 @@ pub struct StepReport<S: Space> {
     pub impact_solve: Option<SolveReport>,
     /// Smallest gap at the step's start \[m\], negative for overlap, and its bodies by index.
     pub deepest: Option<(f64, usize, usize)>,
+    /// What happened within the step, by schemes that find events.
+    #[serde(default)]
+    pub events: Events,
     /// Energy after the step.
     pub energy: Energy,
     /// Momenta after the step.

@@ -17,10 +17,10 @@ use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
 use crate::settings::{OnInaccurate, Settings};
+use crate::stepping::{Outside, SchemeReport, damp, make_solver};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
-use carom_solver::methods::ladder::Ladder;
 use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolverKind, Stop, Twist, Watch};
 
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
@@ -70,25 +70,6 @@ impl<S: Geometry> Default for FixedStep<S> {
     }
 }
 
-/// What the scheme tells of a step.
-#[derive(Clone, Debug, Default)]
-pub struct SchemeReport {
-    /// The persistent contacts' solve.
-    pub contact_solve: Option<SolveReport>,
-    /// The impacts' solve.
-    pub impact_solve: Option<SolveReport>,
-    /// The step's lines.
-    pub ledger: Ledger,
-}
-
-/// What a step asks for, and tells, outside.
-pub struct Outside<'a, 'l, 'w, S: Geometry> {
-    /// Gives the applied wrenches.
-    pub loads: &'a mut Loads<'l, S>,
-    /// Told of long solves.
-    pub watch: &'a mut Watch<'w>,
-}
-
 /// Share of |g| h below which a plastic approach is left to the kick \[1\]: it stops there, after a way of at most
 /// half of h u, which is within the correction's slop. Below it lies what inexact solves leave in piles; an impact
 /// phase of their own, solved from nothing and inexactly, would take away in each step what the warm start of the
@@ -100,6 +81,7 @@ pub fn thresholds<S: Geometry>(settings: &Settings<S>, bodies: &Bodies<S>, dt: f
     let speed = settings.gravity.norm() * dt;
     Thresholds {
         rest_speed: settings.rest_speed_factor * speed,
+        elastic_rest_speed: settings.rest_speed_factor * speed,
         still_speed: settings.tolerance.max(1e-12 * speed),
         call_speed: settings.tolerance.max(CALL * speed),
         touching: 1e-9 * smallest_extent(bodies).unwrap_or(0.0),
@@ -144,7 +126,7 @@ impl<S: Geometry> FixedStep<S> {
     }
 
     fn choose_solver(&mut self, settings: &Settings<S>) {
-        let (kind, escalates) = (settings.solver, settings.on_inaccurate == OnInaccurate::Escalate);
+        let (kind, escalates) = (settings.solver_kind(), settings.on_inaccurate == OnInaccurate::Escalate);
         if self.solver.as_ref().is_none_or(|(k, e, _)| (*k, *e) != (kind, escalates)) {
             self.solver = Some((kind, escalates, make_solver(kind, escalates)));
         }
@@ -159,7 +141,7 @@ impl<S: Geometry> FixedStep<S> {
         time: f64,
     ) -> Result<(), StepError> {
         let Some(solve) = report else { return Ok(()) };
-        let (contacts, solver) = (solve.contacts, settings.solver.name());
+        let (contacts, solver) = (solve.contacts, settings.solver_kind().name());
         let error = match &solve.stop {
             Stop::Interrupted => StepError::Interrupted { phase, contacts, time },
             Stop::Refused(reason) => {
@@ -383,32 +365,4 @@ fn held_velocity(closing: f64, start: f64, before: f64, end_share: f64) -> f64 {
     }
     let turned = before - start;
     (closing - (1.0 - end_share) * (start.max(closing) + turned)) / end_share
-}
-
-/// Exact decay of the velocities of damped bodies over a time, booked.
-fn damp<S: Geometry>(bodies: &mut Bodies<S>, time: f64, ledger: &mut Ledger) {
-    for i in 0..bodies.len() {
-        let d = &bodies.data[i];
-        let (linear, angular) = (d.linear_damping, d.angular_damping);
-        if !bodies.is_dynamic(i) || (linear == 0.0 && angular == 0.0) {
-            continue;
-        }
-        let before = bodies.translational_energy(i) + bodies.rotational_energy(i);
-        bodies.motion.velocity[i] = bodies.motion.velocity[i] * carom_math::exp(-linear * time);
-        bodies.motion.angular_velocity[i] =
-            bodies.motion.angular_velocity[i] * carom_math::exp(-angular * time);
-        ledger.damping += bodies.translational_energy(i) + bodies.rotational_energy(i) - before;
-    }
-}
-
-/// The solver of both of a step's problems: alone, island by island, or with the stronger ones above it.
-fn make_solver<S: Geometry>(kind: SolverKind, escalates: bool) -> Box<dyn ImpulseSolver<S>> {
-    if escalates && !kind.stronger().is_empty() {
-        let kinds: Vec<SolverKind> = std::iter::once(kind).chain(kind.stronger().iter().copied()).collect();
-        Box::new(Ladder::new(kind.name(), &kinds))
-    } else if kind.goes_by_island() && kind != SolverKind::Auto {
-        Box::new(Ladder::new(kind.name(), &[kind]))
-    } else {
-        kind.make()
-    }
 }

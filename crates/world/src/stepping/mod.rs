@@ -1,3 +1,79 @@
-//! The time-stepping schemes, one per file. A scheme owns its loop.
+//! The time-stepping schemes. A scheme owns its loop; what they share stands here.
 
+pub mod events;
 pub mod fixed_step;
+
+use crate::bodies::Bodies;
+use crate::integrate::Loads;
+use crate::observe::ledger::Ledger;
+use crate::observe::report::{Events, SolveReport};
+use carom_geometry::Geometry;
+use carom_solver::methods::ladder::Ladder;
+use carom_solver::{ImpulseSolver, SolverKind, Watch};
+
+/// What a scheme tells of a step.
+#[derive(Clone, Debug, Default)]
+pub struct SchemeReport {
+    /// The persistent contacts' solve; the worst of several.
+    pub contact_solve: Option<SolveReport>,
+    /// The impacts' solve; the worst of several.
+    pub impact_solve: Option<SolveReport>,
+    /// The step's lines.
+    pub ledger: Ledger,
+    /// What happened within the step.
+    pub events: Events,
+}
+
+impl SchemeReport {
+    /// The worse of two solves, with the iterations of both; the second's bodies are renamed.
+    pub(crate) fn worse(
+        one: Option<SolveReport>,
+        other: Option<SolveReport>,
+        rename: impl Fn(usize) -> usize,
+    ) -> Option<SolveReport> {
+        let other = other.map(|mut o| {
+            o.worst = o.worst.map(|(a, b)| (rename(a), rename(b)));
+            o
+        });
+        let (Some(one), Some(other)) = (&one, &other) else { return one.or(other) };
+        let iterations = one.iterations + other.iterations;
+        let worse = if other.residual > one.residual { other } else { one };
+        Some(SolveReport { iterations, ..worse.clone() })
+    }
+}
+
+/// What a step asks for, and tells, outside.
+pub struct Outside<'a, 'l, 'w, S: Geometry> {
+    /// Gives the applied wrenches.
+    pub loads: &'a mut Loads<'l, S>,
+    /// Told of long solves.
+    pub watch: &'a mut Watch<'w>,
+}
+
+/// Exact decay of the velocities of damped bodies over a time, booked.
+pub(crate) fn damp<S: Geometry>(bodies: &mut Bodies<S>, time: f64, ledger: &mut Ledger) {
+    for i in 0..bodies.len() {
+        let d = &bodies.data[i];
+        let (linear, angular) = (d.linear_damping, d.angular_damping);
+        if !bodies.is_dynamic(i) || (linear == 0.0 && angular == 0.0) {
+            continue;
+        }
+        let before = bodies.translational_energy(i) + bodies.rotational_energy(i);
+        bodies.motion.velocity[i] = bodies.motion.velocity[i] * carom_math::exp(-linear * time);
+        bodies.motion.angular_velocity[i] =
+            bodies.motion.angular_velocity[i] * carom_math::exp(-angular * time);
+        ledger.damping += bodies.translational_energy(i) + bodies.rotational_energy(i) - before;
+    }
+}
+
+/// The solver of both of a step's problems: alone, island by island, or with the stronger ones above it.
+pub(crate) fn make_solver<S: Geometry>(kind: SolverKind, escalates: bool) -> Box<dyn ImpulseSolver<S>> {
+    if escalates && !kind.stronger().is_empty() {
+        let kinds: Vec<SolverKind> = std::iter::once(kind).chain(kind.stronger().iter().copied()).collect();
+        Box::new(Ladder::new(kind.name(), &kinds))
+    } else if kind.goes_by_island() && kind != SolverKind::Auto {
+        Box::new(Ladder::new(kind.name(), &[kind]))
+    } else {
+        kind.make()
+    }
+}

@@ -1,0 +1,115 @@
+//! Who takes part: which of the contacts that touch strike, and which persist through the next flow. A contact
+//! persists by its velocity, or because it pressed before: the sign of rounding decides nothing.
+
+use super::group::{GroupStep, Halt};
+use crate::impact::{Thresholds, Watched};
+use crate::narrow_phase::{Touch, normal_velocity};
+use carom_geometry::Geometry;
+use carom_solver::{Partition, Watch};
+
+/// Normal velocity over the rest speed above which a contact that did not press before is new \[1\].
+const FRESH: f64 = 1e-3;
+
+/// The contacts of a flow.
+pub struct Active<S: Geometry> {
+    /// Their places at its start.
+    pub touches: Vec<Touch<S>>,
+    /// Their names, ascending.
+    pub names: Vec<u64>,
+    /// Names of those that do not count as pressed after it, so that the next impact may stop them.
+    pub fresh: Vec<u64>,
+}
+
+impl<S: Geometry> GroupStep<'_, S> {
+    /// Stops or throws back what has arrived and approaches, and what touches it. True when there was an impact.
+    pub fn strike(&mut self, touches: &[Touch<S>], watch: &mut Watch) -> Result<bool, Halt> {
+        let called: Vec<bool> = touches.iter().map(|t| self.strikes(t)).collect();
+        if !called.contains(&true) {
+            return Ok(false);
+        }
+        let mut islands = Partition::default();
+        islands.reset(self.bodies.len());
+        for t in touches {
+            if self.bodies.is_dynamic(t.a) && self.bodies.is_dynamic(t.b) {
+                islands.join(t.a, t.b);
+            }
+        }
+        let mut hit = vec![false; self.bodies.len()];
+        for (t, _) in touches.iter().zip(&called).filter(|(_, called)| **called) {
+            hit[islands.root(self.mover(t))] = true;
+        }
+        let mut struck: Vec<Touch<S>> = Vec::new();
+        for t in touches {
+            if hit[islands.root(self.mover(t))] {
+                struck.push(Touch { gap: 0.0, ..*t });
+            }
+        }
+        self.resolve(&struck, watch)?;
+        self.events.impacts += 1;
+        Ok(true)
+    }
+
+    fn mover(&self, t: &Touch<S>) -> usize {
+        if self.bodies.is_dynamic(t.a) { t.a } else { t.b }
+    }
+
+    /// True for a contact that has arrived and must not go on as it does.
+    fn strikes(&self, t: &Touch<S>) -> bool {
+        let u = normal_velocity(&self.bodies, t);
+        if self.has_pressed(t.id) {
+            // what the mean-velocity law leaves on curved ways is no impact
+            u < -self.limits.still_speed.max(0.5 * self.limits.rest_speed)
+        } else {
+            t.gap <= self.limits.arrived && u < -self.limits.still_speed
+        }
+    }
+
+    fn resolve(&mut self, struck: &[Touch<S>], watch: &mut Watch) -> Result<(), Halt> {
+        let limits = &self.limits;
+        let thresholds = Thresholds {
+            rest_speed: limits.rest_speed,
+            elastic_rest_speed: 0.0,
+            still_speed: limits.still_speed,
+            call_speed: limits.still_speed,
+            touching: limits.touching,
+            dt: limits.dt,
+        };
+        let mut settings = self.settings.clone();
+        settings.tolerance = limits.tolerance;
+        let mut watched = Watched { solver: &mut *self.solver, watch };
+        let report = self.impacts.resolve(
+            &mut self.bodies,
+            struck,
+            &settings,
+            &thresholds,
+            &mut watched,
+            &mut self.ledger,
+        );
+        match report {
+            Some(report) => self.keep(1, report, "impact"),
+            None => Ok(()),
+        }
+    }
+
+    /// The contacts that persist from here.
+    pub fn persisting(&self, touches: &[Touch<S>]) -> Active<S> {
+        let mut active = Active { touches: Vec::new(), names: Vec::new(), fresh: Vec::new() };
+        let still = self.limits.still_speed;
+        for t in touches {
+            let u = normal_velocity(&self.bodies, t);
+            let rest = self.limits.rest_speed_of(t.restitution);
+            let pressed = self.has_pressed(t.id);
+            let slowest = if pressed { still.max(0.5 * self.limits.rest_speed) } else { still };
+            if u > rest.max(still) || u < -slowest {
+                continue; // separates, or comes and has not arrived
+            }
+            if !pressed && u.abs() > (FRESH * rest).max(still) {
+                active.fresh.push(t.id);
+            }
+            active.names.push(t.id);
+            active.touches.push(*t);
+        }
+        active.names.sort_unstable();
+        active
+    }
+}

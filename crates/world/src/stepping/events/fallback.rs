@@ -1,0 +1,102 @@
+//! The rest of a step with too many events, taken at once: a plastic impulse that lets no gap close by more than it
+//! is, then one flow in which every pair within reach holds n.ubar >= -gap / tau. It takes energy and never gives;
+//! the ledger has a line for it.
+
+use super::group::{GroupStep, Halt};
+use crate::assembly;
+use crate::narrow_phase::Touch;
+use carom_geometry::Geometry;
+use carom_math::{Column, Inertia};
+use carom_solver::{ContactProblem, Impulses, Twist, Watch};
+
+impl<S: Geometry> GroupStep<'_, S> {
+    /// Moves the group by a time \[s\] without looking for events.
+    pub fn fall_back(&mut self, time: f64, watch: &mut Watch) -> Result<(), Halt> {
+        let touches = self.within_reach();
+        let before = self.twists();
+        let closing = |t: &Touch<S>| -t.gap.max(0.0) / time;
+        self.impulse(&touches, &before.clone(), before, 0.0, &closing, watch)?;
+        let start = self.bodies.motion.clone();
+        let before = self.twists();
+        let free = self.loaded(&before, time);
+        for i in 0..self.bodies.len() {
+            self.bodies.motion.position[i] += self.bodies.motion.velocity[i] * (0.5 * time);
+        }
+        // sums of start and end: twice the mean
+        let sums: Vec<Twist<S>> = before
+            .iter()
+            .zip(&free)
+            .map(|(b, f)| Twist::new(b.linear + f.linear, b.angular + f.angular))
+            .collect();
+        let twice = |t: &Touch<S>| -2.0 * t.gap.max(0.0) / time;
+        self.impulse(&touches, &sums, free, time, &twice, watch)?;
+        let mut potential = 0.0;
+        for i in 0..self.bodies.len() {
+            let mean = (before[i].linear + self.bodies.motion.velocity[i]) * 0.5;
+            self.bodies.motion.position[i] = start.position[i] + mean * time;
+            if self.bodies.is_dynamic(i) {
+                let way = self.bodies.motion.position[i] - start.position[i];
+                let mass = self.bodies.data[i].mass_properties.mass;
+                potential += mass * self.settings.gravity.dot(mean * time - way);
+            }
+        }
+        self.ledger.integrator += potential;
+        self.turn(time);
+        self.pressed = Some(Vec::new());
+        self.events.fallbacks += 1;
+        Ok(())
+    }
+
+    fn within_reach(&mut self) -> Vec<Touch<S>> {
+        let mut touches = Vec::new();
+        for k in 0..self.pairs.len() {
+            let (a, b) = self.pairs[k];
+            self.find((a, b), self.reaches[a] + self.reaches[b] + self.limits.touching, &mut touches);
+        }
+        touches
+    }
+
+    /// Solves for impulses on given velocities, applies them to `free`, and books all their work as fallback.
+    fn impulse(
+        &mut self,
+        touches: &[Touch<S>],
+        velocities: &[Twist<S>],
+        free: Vec<Twist<S>>,
+        time: f64,
+        target: &dyn Fn(&Touch<S>) -> f64,
+        watch: &mut Watch,
+    ) -> Result<(), Halt> {
+        let before = self.twists();
+        let mut problem = ContactProblem::new(Vec::new(), Vec::new());
+        assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
+        problem.velocities = velocities.to_vec();
+        for t in touches {
+            problem.contacts.push(assembly::contact(&self.bodies, t, target(t)));
+            assembly::resist(&mut problem, t);
+        }
+        let mut impulses = Impulses::zero(&problem);
+        if !touches.is_empty() {
+            self.solve(&problem, &mut impulses, watch)?;
+        }
+        let mut after = free;
+        problem.apply(&impulses, &mut after);
+        let mut work = 0.0;
+        let book = |_: usize, n: f64, t: f64| work += n + t;
+        let mut driven = crate::observe::ledger::Ledger::default();
+        assembly::contact_work(&self.bodies, &problem, &impulses, &before, &after, book, &mut driven);
+        self.ledger.fallback += work;
+        self.ledger.driven += driven.driven;
+        for i in (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)) {
+            let d = &self.bodies.data[i];
+            let way = (before[i].linear + after[i].linear) * (0.5 * time);
+            self.ledger.gravity += d.mass_properties.mass * self.settings.gravity.dot(way);
+            self.ledger.applied += self.wrenches[i].force.dot(way);
+            if d.inverse_inertia != S::Inertia::ZERO {
+                let turn = (before[i].angular + after[i].angular) * (0.5 * time);
+                self.ledger.applied += self.wrenches[i].torque.dot(turn);
+            }
+        }
+        assembly::write_back(&mut self.bodies, &after);
+        Ok(())
+    }
+}

@@ -1,0 +1,250 @@
+//! A flow: the motion between two events, contacts acting all the while (theory section 8.2). With bars for means,
+//!   0 <= p _|_ n.ubar >= 0, friction against ubar_t, ubar = (u- + u+)/2, at xbar = (x0 + x1)/2,
+//! so that persistent normal contact does no work and friction takes exactly mu p |ubar_t|. The problem handed to the
+//! solver has the velocities v- + v+ without impulses, twice the mean: its end velocities are u- + u+. Places and
+//! velocities depend on each other over xbar; rounds of both settle at once on flat ground.
+
+use super::group::{GroupStep, Halt, LastFlow};
+use crate::assembly;
+use crate::integrate::turn_freely;
+use crate::narrow_phase::Touch;
+use carom_geometry::Geometry;
+use carom_math::{Column, Inertia};
+use carom_solver::{ContactProblem, Impulses, Twist, Watch};
+
+/// Most rounds between places and velocities.
+const ROUNDS: usize = 12;
+/// Change of a unit normal below which the round is the last \[1\].
+const SAME_NORMAL: f64 = 3e-15;
+/// Change of a contact's arms below which the round is the last, over the body's size \[1\].
+const SAME_ARM: f64 = 1e-13;
+/// Cosine below which a contact of the same name counts as another one \[1\].
+const ONE_SIDE: f64 = 0.7;
+
+/// How friction holds in a flow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stick {
+    /// Against the mean slip: exact for contacts that slip or roll all the way.
+    Mean,
+    /// Against the slip at the end: ends slipping within the flow without finding the moment.
+    End,
+}
+
+impl<S: Geometry> GroupStep<'_, S> {
+    /// Moves the group by a time \[s\] with these contacts acting.
+    pub fn flow(
+        &mut self,
+        time: f64,
+        active: &[Touch<S>],
+        fresh: &[u64],
+        stick: Stick,
+        watch: &mut Watch,
+    ) -> Result<(), Halt> {
+        let start = self.bodies.motion.clone();
+        self.turn(0.5 * time);
+        let before = self.twists();
+        let free = self.loaded(&before, time);
+        let mut after = free.clone();
+        for t in active {
+            // a first guess of where contacts hold: bodies keep the velocities they have
+            (after[t.a], after[t.b]) = (before[t.a], before[t.b]);
+        }
+        let mut last = LastFlow { time, ..std::mem::take(&mut self.last) };
+        last.problem.contacts.clear();
+        let mut touches: Vec<Touch<S>> = Vec::new();
+        for round in 0..ROUNDS {
+            for i in 0..self.bodies.len() {
+                let mean = (before[i].linear + after[i].linear) * 0.5;
+                self.bodies.motion.position[i] = start.position[i] + mean * (0.5 * time);
+            }
+            let at_mean = self.at_mean(active, &start.position);
+            if round > 0 && self.settled(&touches, &at_mean, &last.problem) {
+                break;
+            }
+            touches = at_mean;
+            self.assemble(&touches, &before, &free, stick, &mut last.problem);
+            last.impulses.fit(&last.problem);
+            if round == 0 && self.settings.warm_start {
+                last.impulses.reset(&last.problem);
+                self.forces.as_ref().unwrap_or(self.warm).load(&last.problem, time, &mut last.impulses);
+            }
+            if !touches.is_empty() {
+                let mut impulses = std::mem::take(&mut last.impulses);
+                self.solve(&last.problem, &mut impulses, watch)?;
+                last.impulses = impulses;
+            }
+            after.clone_from(&free);
+            last.problem.apply(&last.impulses, &mut after);
+            if active.is_empty() {
+                break;
+            }
+        }
+        last.touches = touches;
+        self.book(&last.problem, &last.impulses, &before, &after, time);
+        self.finish(&start.position, &before, &after, time);
+        self.remember(last, fresh);
+        Ok(())
+    }
+
+    /// Free rotation of all bodies; what it does to the energy is the integrator's line.
+    pub fn turn(&mut self, time: f64) {
+        for i in 0..self.bodies.len() {
+            if self.bodies.motion.angular_velocity[i] == S::Spin::ZERO {
+                continue;
+            }
+            let energy = self.bodies.rotational_energy(i);
+            turn_freely(self.settings.integrator, &mut self.bodies, i, time);
+            if self.bodies.is_dynamic(i) {
+                self.ledger.integrator += self.bodies.rotational_energy(i) - energy;
+            }
+        }
+    }
+
+    /// Velocities after gravity and loads of a time, without contacts.
+    pub fn loaded(&self, before: &[Twist<S>], time: f64) -> Vec<Twist<S>> {
+        let mut free = before.to_vec();
+        for i in (0..free.len()).filter(|&i| self.bodies.is_dynamic(i)) {
+            let inverse = self.bodies.inverse_mass(i);
+            let w = &self.wrenches[i];
+            free[i].linear += (self.settings.gravity + w.force * inverse.linear) * time;
+            if w.torque != S::Spin::ZERO {
+                free[i].angular += inverse.angular.apply(w.torque) * time;
+            }
+        }
+        free
+    }
+
+    /// The active contacts where the bodies are now, found again by name; those that are gone are carried along.
+    fn at_mean(&mut self, active: &[Touch<S>], origin: &[S::Vector]) -> Vec<Touch<S>> {
+        let mut found = Vec::with_capacity(active.len());
+        let mut near: Vec<Touch<S>> = Vec::new();
+        let mut first = 0;
+        while first < active.len() {
+            let pair = (active[first].a, active[first].b);
+            let count = active[first..].iter().take_while(|t| (t.a, t.b) == pair).count();
+            near.clear();
+            let margin = 4.0 * self.limits.touching + self.reaches[pair.0] + self.reaches[pair.1];
+            self.find(pair, margin, &mut near);
+            for t in &active[first..first + count] {
+                let again = near.iter().find(|n| n.id == t.id && n.normal.dot(t.normal) > ONE_SIDE);
+                found.push(match again {
+                    Some(n) => Touch { gap: t.gap, ..*n },
+                    None => Touch { point: t.point + self.carried(t, origin), ..*t },
+                });
+            }
+            first += count;
+        }
+        found
+    }
+
+    /// How a contact point has moved with its bodies.
+    fn carried(&self, t: &Touch<S>, origin: &[S::Vector]) -> S::Vector {
+        let moved = |i: usize| self.bodies.motion.position[i] - origin[i];
+        match (self.bodies.is_dynamic(t.a), self.bodies.is_dynamic(t.b)) {
+            (true, true) => (moved(t.a) + moved(t.b)) * 0.5,
+            (true, false) => moved(t.a),
+            (false, _) => moved(t.b),
+        }
+    }
+
+    /// True when the contacts' frames and arms are those that the problem was solved with.
+    fn settled(&self, old: &[Touch<S>], new: &[Touch<S>], problem: &ContactProblem<S>) -> bool {
+        old.iter().zip(new).zip(&problem.contacts).all(|((o, n), c)| {
+            let size = self.bodies.data[n.a].extent.min(self.bodies.data[n.b].extent);
+            let arm = |i: usize, was: S::Vector| {
+                let fixed = !self.bodies.is_dynamic(i);
+                fixed || (n.point - self.bodies.motion.position[i] - was).norm() <= SAME_ARM * size
+            };
+            (o.normal - n.normal).norm() <= SAME_NORMAL && arm(n.a, c.arm_a) && arm(n.b, c.arm_b)
+        })
+    }
+
+    fn assemble(
+        &self,
+        touches: &[Touch<S>],
+        before: &[Twist<S>],
+        free: &[Twist<S>],
+        stick: Stick,
+        problem: &mut ContactProblem<S>,
+    ) {
+        assembly::begin(problem, &self.bodies, self.settings.friction_law);
+        problem.velocities.clear();
+        problem.velocities.extend_from_slice(free);
+        if stick == Stick::Mean {
+            for (v, b) in problem.velocities.iter_mut().zip(before) {
+                v.add_scaled(b, 1.0);
+            }
+        }
+        for t in touches {
+            let mut contact = assembly::contact(&self.bodies, t, 0.0);
+            if stick == Stick::End {
+                contact.target = -contact.relative_velocity(before).0;
+            }
+            problem.contacts.push(contact);
+            assembly::resist(problem, t);
+        }
+    }
+
+    /// Works of gravity, loads and contacts by the kick identity.
+    fn book(
+        &mut self,
+        problem: &ContactProblem<S>,
+        impulses: &Impulses<S>,
+        before: &[Twist<S>],
+        after: &[Twist<S>],
+        time: f64,
+    ) {
+        let ledger = &mut self.ledger;
+        for i in (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)) {
+            let d = &self.bodies.data[i];
+            let way = (before[i].linear + after[i].linear) * (0.5 * time);
+            ledger.gravity += d.mass_properties.mass * self.settings.gravity.dot(way);
+            ledger.applied += self.wrenches[i].force.dot(way);
+            if d.inverse_inertia != S::Inertia::ZERO {
+                let turn = (before[i].angular + after[i].angular) * (0.5 * time);
+                ledger.applied += self.wrenches[i].torque.dot(turn);
+            }
+        }
+        let (mut normal, mut friction) = (0.0, 0.0);
+        let both = |_: usize, n: f64, t: f64| {
+            normal += n;
+            friction += t;
+        };
+        assembly::contact_work(&self.bodies, problem, impulses, before, after, both, ledger);
+        ledger.contact_normal += normal;
+        ledger.friction += friction;
+    }
+
+    /// Places and velocities at the end.
+    fn finish(&mut self, origin: &[S::Vector], before: &[Twist<S>], after: &[Twist<S>], time: f64) {
+        let potential = |s: &Self| -> f64 {
+            let heights = (0..s.bodies.len()).filter(|&i| s.bodies.is_dynamic(i));
+            heights
+                .map(|i| {
+                    let way = s.bodies.motion.position[i] - origin[i];
+                    s.bodies.data[i].mass_properties.mass * s.settings.gravity.dot(way)
+                })
+                .sum()
+        };
+        let mut paid = 0.0;
+        for i in 0..self.bodies.len() {
+            let mean = (before[i].linear + after[i].linear) * 0.5;
+            self.bodies.motion.position[i] = origin[i] + mean * time;
+            if self.bodies.is_dynamic(i) {
+                self.bodies.motion.set_twist(i, &after[i]);
+                paid += self.bodies.data[i].mass_properties.mass * self.settings.gravity.dot(mean * time);
+            }
+        }
+        self.ledger.integrator += paid - potential(self);
+        self.turn(0.5 * time);
+    }
+
+    /// Keeps the flow's forces and who pressed.
+    fn remember(&mut self, last: LastFlow<S>, fresh: &[u64]) {
+        let mut forces = self.forces.take().unwrap_or_default();
+        forces.store(&last.problem, &last.impulses, last.time);
+        self.pressed = Some(forces.forces.iter().map(|f| f.0).filter(|id| !fresh.contains(id)).collect());
+        self.forces = Some(forces);
+        self.last = last;
+    }
+}

@@ -1,0 +1,213 @@
+//! One group's bodies on their way through a step: what they touch, who presses, and what is booked. The stages of
+//! the scheme in the other files work on this. Indices are the group's own.
+
+use super::limits::Limits;
+use crate::assembly;
+use crate::bodies::{Bodies, Motion};
+use crate::error::StepError;
+use crate::force::Wrench;
+use crate::impact::Impacts;
+use crate::narrow_phase::{Touch, touches_of};
+use crate::observe::ledger::Ledger;
+use crate::observe::report::{Events, SolveReport};
+use crate::settings::Settings;
+use crate::warm_start::WarmStart;
+use carom_geometry::{ContactPoint, Geometry};
+use carom_math::{Column, Rotation};
+use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolveSettings, Stop, Twist, Watch};
+
+/// A group in the middle of its step.
+pub struct GroupStep<'a, S: Geometry> {
+    /// The choices of the run.
+    pub settings: &'a Settings<S>,
+    /// The group's bodies.
+    pub bodies: Bodies<S>,
+    /// Pairs that may meet.
+    pub pairs: Vec<(usize, usize)>,
+    /// Loads through the step, gravity apart.
+    pub wrenches: Vec<Wrench<S>>,
+    /// How far bodies may come from where they began \[m\].
+    pub reaches: Vec<f64>,
+    /// Where they began.
+    pub origin: Motion<S>,
+    /// Bounds of the step.
+    pub limits: Limits,
+    /// Time of the step's start \[s\].
+    pub time: f64,
+    /// The step's lines.
+    pub ledger: Ledger,
+    /// What happened.
+    pub events: Events,
+    /// Contacts that pressed in the last flow, by name, ascending; before the first flow, those of the step before.
+    pub pressed: Option<Vec<u64>>,
+    /// Forces of the step before, from which the first flow starts.
+    pub warm: &'a WarmStart<S>,
+    /// Forces of the last flow, once there was one.
+    pub forces: Option<WarmStart<S>>,
+    /// The contacts of the last flow, its problem, its impulses and its length \[s\].
+    pub last: LastFlow<S>,
+    /// Worst solves of the step: persistent contacts, impacts.
+    pub worst: [Option<SolveReport>; 2],
+    /// The solver.
+    pub solver: &'a mut dyn ImpulseSolver<S>,
+    /// The impact phase's memory.
+    pub impacts: &'a mut Impacts<S>,
+    /// Memory for contact points.
+    pub points: Vec<ContactPoint<S>>,
+}
+
+/// What a flow solved last.
+#[derive(Clone)]
+pub struct LastFlow<S: Geometry> {
+    /// Its contacts.
+    pub touches: Vec<Touch<S>>,
+    /// Its problem; velocities are sums of start and end, twice the mean.
+    pub problem: ContactProblem<S>,
+    /// Its impulses.
+    pub impulses: Impulses<S>,
+    /// Its length \[s\].
+    pub time: f64,
+}
+
+impl<S: Geometry> Default for LastFlow<S> {
+    fn default() -> Self {
+        let problem = ContactProblem::new(Vec::new(), Vec::new());
+        let impulses = Impulses::zero(&problem);
+        LastFlow { touches: Vec::new(), problem, impulses, time: 0.0 }
+    }
+}
+
+/// What a trial flow may have to give back.
+pub struct Saved<S: Geometry> {
+    motion: Motion<S>,
+    ledger: Ledger,
+    pressed: Option<Vec<u64>>,
+    worst: Option<SolveReport>,
+}
+
+impl<S: Geometry> Saved<S> {
+    /// The motion that was saved.
+    pub fn motion(&self) -> &Motion<S> {
+        &self.motion
+    }
+}
+
+/// Why a group's step ended early.
+pub enum Halt {
+    /// A body left its reach: the step must begin again with larger ones.
+    Outgrown(usize),
+    /// The step is refused.
+    Refused(StepError, Option<SolveReport>),
+}
+
+impl From<StepError> for Halt {
+    fn from(error: StepError) -> Self {
+        Halt::Refused(error, None)
+    }
+}
+
+impl<S: Geometry> GroupStep<'_, S> {
+    /// Contacts of a pair with gaps up to a margin \[m\], appended.
+    pub fn find(&mut self, (a, b): (usize, usize), margin: f64, out: &mut Vec<Touch<S>>) {
+        let data = &self.bodies.data;
+        let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { return };
+        self.points.clear();
+        let (pose_a, pose_b) = (self.bodies.shape_pose(a), self.bodies.shape_pose(b));
+        S::contacts(ca, &pose_a, cb, &pose_b, margin, &mut self.points);
+        touches_of(&self.bodies, self.settings, (a, b), &self.points, out);
+    }
+
+    /// All contacts of the group with gaps up to a margin \[m\].
+    pub fn touches(&mut self, margin: f64) -> Vec<Touch<S>> {
+        let mut out = Vec::new();
+        for k in 0..self.pairs.len() {
+            self.find(self.pairs[k], margin, &mut out);
+        }
+        out
+    }
+
+    /// True for a contact that pressed in the last flow.
+    pub fn has_pressed(&self, id: u64) -> bool {
+        self.pressed.as_ref().unwrap_or(&self.warm.pressed).binary_search(&id).is_ok()
+    }
+
+    /// Keeps what a trial flow changes.
+    pub fn save(&self) -> Saved<S> {
+        let (motion, pressed) = (self.bodies.motion.clone(), self.pressed.clone());
+        Saved { motion, ledger: self.ledger, pressed, worst: self.worst[0].clone() }
+    }
+
+    /// Takes a trial flow back, its lines in the ledger and its solves included.
+    pub fn restore(&mut self, saved: &Saved<S>) {
+        self.bodies.motion.copy_from(&saved.motion);
+        self.ledger = saved.ledger;
+        self.pressed.clone_from(&saved.pressed);
+        self.worst[0].clone_from(&saved.worst);
+    }
+
+    /// Velocities before the step's loads, per body.
+    pub fn twists(&self) -> Vec<Twist<S>> {
+        (0..self.bodies.len()).map(|i| self.bodies.motion.twist(i)).collect()
+    }
+
+    /// Solves a problem of the group and keeps the report if it is the worst of its phase.
+    pub fn solve(
+        &mut self,
+        problem: &ContactProblem<S>,
+        impulses: &mut Impulses<S>,
+        watch: &mut Watch,
+    ) -> Result<(), Halt> {
+        let solve = SolveSettings { tolerance: self.limits.tolerance, ..self.settings.solve() };
+        let outcome = self.solver.solve_watched(problem, &solve, impulses, watch);
+        let worst = assembly::bodies_of(problem, outcome.residual.worst);
+        self.keep(0, SolveReport::new(outcome, problem.contacts.len(), worst), "contact")
+    }
+
+    /// Keeps a solve's report if it is its phase's worst, its iterations in any case; refuses where the solver did.
+    pub fn keep(&mut self, phase: usize, mut report: SolveReport, name: &'static str) -> Result<(), Halt> {
+        if report.residual <= self.settings.tolerance && report.stop != Stop::Interrupted {
+            // within what was asked for, if not within what the scheme aimed at
+            report.stop = Stop::Converged;
+        }
+        let contacts = report.contacts;
+        let (solver, time) = (self.settings.solver_kind().name(), self.time);
+        let error = match &report.stop {
+            Stop::Interrupted => Some(StepError::Interrupted { phase: name, contacts, time }),
+            Stop::Refused(reason) => {
+                let reason = reason.clone();
+                Some(StepError::SolverRefused { solver, phase: name, contacts, reason, time })
+            }
+            _ => None,
+        };
+        if let Some(error) = error {
+            return Err(Halt::Refused(error, Some(report)));
+        }
+        let iterations = report.iterations + self.worst[phase].as_ref().map_or(0, |w| w.iterations);
+        let worse = self.worst[phase].as_ref().is_none_or(|w| report.residual >= w.residual);
+        if worse {
+            self.worst[phase] = Some(report);
+        }
+        if let Some(kept) = &mut self.worst[phase] {
+            kept.iterations = iterations;
+        }
+        Ok(())
+    }
+
+    /// Refuses to go on when a body has left its reach.
+    pub fn check_reach(&self) -> Result<(), Halt> {
+        let m = &self.bodies.motion;
+        for i in (0..self.bodies.len()).filter(|&i| self.bodies.data[i].collider.is_some()) {
+            let arm = self.bodies.data[i].turning_arm;
+            let way = (m.position[i] - self.origin.position[i]).norm();
+            let turned = if m.rotation[i] == self.origin.rotation[i] || arm == 0.0 {
+                0.0
+            } else {
+                arm * self.origin.rotation[i].inverse().then(&m.rotation[i]).vector().norm()
+            };
+            if way + turned > self.reaches[i] + self.limits.touching {
+                return Err(Halt::Outgrown(i));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,67 @@
+//! Projection: bodies that overlap by more than rounding are moved apart, the least in the metric of their masses
+//! (Gauss-Newton on the gaps). Impacts are never made by it; spin momenta stay. What it does to the energy is the
+//! ledger's line.
+
+use super::group::{GroupStep, Halt};
+use crate::assembly;
+use crate::integrate::set_spin_momentum;
+use crate::observe::energy::Energy;
+use carom_geometry::Geometry;
+use carom_math::{Column, Rotation};
+use carom_solver::{ContactProblem, Impulses, SolveSettings, Stop, Twist, Watch};
+
+/// Gauss-Newton rounds; each squares what is left.
+const ROUNDS: usize = 8;
+
+impl<S: Geometry> GroupStep<'_, S> {
+    /// Removes overlaps beyond the limit; true when there were any.
+    pub fn project(&mut self, watch: &mut Watch) -> Result<bool, Halt> {
+        let before = Energy::of(&self.bodies, self.settings.gravity).total();
+        let mut moved = false;
+        for _ in 0..ROUNDS {
+            let touches = self.touches(0.0);
+            let deepest = touches.iter().fold(0.0, |d: f64, t| d.max(-t.gap));
+            if deepest <= self.limits.overlap {
+                break;
+            }
+            moved = true;
+            self.events.deepest = self.events.deepest.max(deepest);
+            self.apart(deepest, watch)?;
+        }
+        if moved {
+            self.ledger.projection += Energy::of(&self.bodies, self.settings.gravity).total() - before;
+            self.events.projections += 1;
+        }
+        Ok(moved)
+    }
+
+    /// One round: displacements as velocities of a problem without friction, over a second.
+    fn apart(&mut self, deepest: f64, watch: &mut Watch) -> Result<(), Halt> {
+        let touches = self.touches(2.0 * deepest);
+        let mut problem = ContactProblem::new(Vec::new(), Vec::new());
+        assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
+        problem.velocities.fill(Twist::default());
+        for t in &touches {
+            let mut contact = assembly::contact(&self.bodies, t, -t.gap);
+            contact.friction = 0.0;
+            problem.contacts.push(contact);
+        }
+        // the bodies in the way of a driven wall do not move with it here
+        let mut impulses = Impulses::zero(&problem);
+        let solve = SolveSettings { tolerance: 1e-6 * deepest, ..self.settings.solve() };
+        let outcome = self.solver.solve_watched(&problem, &solve, &mut impulses, watch);
+        if matches!(outcome.stop, Stop::Refused(_)) {
+            return Ok(());
+        }
+        for (i, v) in problem.velocities_after(&impulses).iter().enumerate() {
+            self.bodies.motion.position[i] += v.linear;
+            if v.angular != S::Spin::ZERO {
+                let momentum = self.bodies.spin_momentum(i);
+                let turned = self.bodies.motion.rotation[i].then(&S::Rotation::about(v.angular));
+                self.bodies.motion.rotation[i] = turned;
+                set_spin_momentum(&mut self.bodies, i, momentum);
+            }
+        }
+        Ok(())
+    }
+}
