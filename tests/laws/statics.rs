@@ -75,7 +75,8 @@ fn each_interface_of_a_stack_with_a_heavy_top_carries_the_weight_above_it() {
 /// Case C24 for single contacts in both spaces: a column of balls by factorisation.
 pub fn a_column_of_balls_carries_its_weight_at_any_mass_ratio<S: Dimension>() {
     for ratio in [1.0, 1e3, 1e6] {
-        let mut w = world::<S>(Settings { solver: Some(SolverKind::Direct), tolerance: 1e-9, ..exact(1.0 / 60.0) });
+        let mut w =
+            world::<S>(Settings { solver: Some(SolverKind::Direct), tolerance: 1e-9, ..exact(1.0 / 60.0) });
         add_floor(&mut w, 0.0, 0.0);
         for k in 0..10 {
             let mass = if k == 9 { ratio } else { 1.0 };
@@ -172,8 +173,12 @@ fn a_solver_asked_for_the_least_forces_that_it_does_not_find_refuses_the_step() 
 /// A budget of factorisations that is spent ends the step with what was found, and the report says so.
 #[test]
 fn a_spent_budget_of_factorisations_is_told() {
-    let settings =
-        Settings { solver: Some(SolverKind::Exact), factorisations: 2, warm_start: false, ..exact(1.0 / 60.0) };
+    let settings = Settings {
+        solver: Some(SolverKind::Exact),
+        factorisations: 2,
+        warm_start: false,
+        ..exact(1.0 / 60.0)
+    };
     let mut w = stack::<Spatial>(settings.clone(), 1e3, 0.5);
     let report = step(&mut w);
     let solve = report.contact_solve.as_ref().expect("it rests");

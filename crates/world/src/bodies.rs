@@ -298,7 +298,8 @@ fn turning_arm<S: Geometry>(
         return 0.0;
     }
     let bounds = S::bounds(collider, &Pose::default(), 0.0);
-    let corner = S::Vector::from_fn(|k| (bounds.max[k] - center[k]).abs().max((bounds.min[k] - center[k]).abs()));
+    let corner =
+        S::Vector::from_fn(|k| (bounds.max[k] - center[k]).abs().max((bounds.min[k] - center[k]).abs()));
     corner.norm()
 }
 

@@ -86,11 +86,7 @@ struct Schemes<S: Geometry> {
 
 impl<S: Geometry> Default for Schemes<S> {
     fn default() -> Self {
-        Schemes {
-            ran: Scheme::default(),
-            fixed_step: FixedStep::default(),
-            events: EventsScheme::default(),
-        }
+        Schemes { ran: Scheme::default(), fixed_step: FixedStep::default(), events: EventsScheme::default() }
     }
 }
 

@@ -53,7 +53,7 @@ pub struct Events {
     pub impacts: usize,
     /// Stops of slipping contacts found within the step.
     pub slip_stops: usize,
-    /// Groups of bodies that reached their cap of events and took the rest of the step at once.
+    /// Sets of bodies that reached their cap of events and took the rest of the step at once.
     pub capped: usize,
     /// Times that the rest of a step was taken at once.
     pub fallbacks: usize,
@@ -61,8 +61,8 @@ pub struct Events {
     pub projections: usize,
     /// Deepest overlap that was \[m\].
     pub deepest: f64,
-    /// Groups of bodies advanced by themselves.
-    pub groups: usize,
+    /// Sets of bodies that moved apart from others at the step's end.
+    pub islands: usize,
 }
 
 impl Events {
@@ -75,7 +75,7 @@ impl Events {
         self.fallbacks += o.fallbacks;
         self.projections += o.projections;
         self.deepest = self.deepest.max(o.deepest);
-        self.groups += o.groups;
+        self.islands += o.islands;
     }
 }
 

@@ -25,16 +25,8 @@ pub struct SchemeReport {
 }
 
 impl SchemeReport {
-    /// The worse of two solves, with the iterations of both; the second's bodies are renamed.
-    pub(crate) fn worse(
-        one: Option<SolveReport>,
-        other: Option<SolveReport>,
-        rename: impl Fn(usize) -> usize,
-    ) -> Option<SolveReport> {
-        let other = other.map(|mut o| {
-            o.worst = o.worst.map(|(a, b)| (rename(a), rename(b)));
-            o
-        });
+    /// The worse of two solves, with the iterations of both.
+    pub(crate) fn worse(one: Option<SolveReport>, other: Option<SolveReport>) -> Option<SolveReport> {
         let (Some(one), Some(other)) = (&one, &other) else { return one.or(other) };
         let iterations = one.iterations + other.iterations;
         let worse = if other.residual > one.residual { other } else { one };

@@ -1,99 +1,123 @@
-//! When bodies first meet on their ways through a flow. With a fixed separating normal n the gap of two convex pieces
-//! is at least gap + u s - a s^2 / 2, s later, where u is the normal velocity of the nearest points and a bounds the
-//! acceleration of all points along n (legend: theory section 8.3). The first root of that bound is never past the
-//! arrival, and as a tangent it closes in on it quadratically.
+//! When bodies first meet on their ways. With a fixed separating normal n the gap of two convex pieces is at least
+//! gap + u s - a s^2 / 2, s later, where u is the normal velocity of the nearest points and a bounds the acceleration
+//! of all points along n (theory section 8.3). The first root of that bound is never past the arrival, and as a
+//! tangent it closes in on it quadratically.
 
-use crate::bodies::{Bodies, Motion};
+use super::limits::Limits;
+use crate::bodies::Bodies;
 use crate::narrow_phase::contact_id;
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::{Column, Pose, Rotation};
 
-/// Evaluations per pair; grazing pairs need most.
-const STEPS: usize = 100;
-/// Halvings that bring back a step which went too far.
+/// Looks per pair; grazing pairs need most.
+const LOOKS: usize = 160;
+/// Halvings that bring back a look which came too late.
 const HALVINGS: usize = 60;
-/// Share of the flow that a pair is left alone which touches and neither approaches nor separates \[1\].
+/// Share of the step that a pair is left alone which touches and neither approaches nor separates \[1\].
 const PAUSE: f64 = 1e-3;
 
-/// The ways of a group's bodies through a flow: positions quadratic in time, rotations by a vector quadratic in time.
-pub struct Ways<'a, S: Geometry> {
-    /// What does not change.
-    pub bodies: &'a Bodies<S>,
-    /// Motion at the flow's start.
-    pub start: &'a Motion<S>,
-    /// Motion at its end.
-    pub end: &'a Motion<S>,
-    /// Its length \[s\].
-    pub time: f64,
-}
-
-/// Bounds of a search.
+/// The way of a body: position quadratic in time, rotation by a vector quadratic in time.
 #[derive(Clone, Copy, Debug)]
-pub struct Search {
-    /// Looked at up to here \[s\].
+pub struct Way<S: Geometry> {
+    /// Where it begins within the step \[s\].
+    pub begin: f64,
+    /// Up to when it is valid \[s\].
     pub until: f64,
-    /// Gap at which bodies have met \[m\].
-    pub arrived: f64,
-    /// Approaches up to this are noise \[m/s\].
-    pub still_speed: f64,
-}
-
-/// Where and how a body is at a moment of its way.
-struct Moment<S: Geometry> {
-    pose: Pose<S>,
+    position: S::Vector,
     velocity: S::Vector,
+    acceleration: S::Vector,
+    rotation: S::Rotation,
     spin: S::Spin,
+    bend: S::Spin,
+    arm: f64,
 }
 
-impl<S: Geometry> Ways<'_, S> {
-    fn acceleration(&self, i: usize) -> S::Vector {
-        (self.end.velocity[i] - self.start.velocity[i]) * (1.0 / self.time)
-    }
+/// Where a body is and how it moves at a moment.
+#[derive(Clone, Copy, Debug)]
+pub struct State<S: Geometry> {
+    /// Centre of mass \[m\].
+    pub position: S::Vector,
+    /// Orientation.
+    pub rotation: S::Rotation,
+    /// Velocity \[m/s\].
+    pub velocity: S::Vector,
+    /// Angular velocity \[rad/s\].
+    pub spin: S::Spin,
+}
 
-    fn at(&self, i: usize, t: f64) -> Moment<S> {
-        let (s, e) = (self.start, self.end);
-        let a = self.acceleration(i);
-        let position = s.position[i] + s.velocity[i] * t + a * (0.5 * t * t);
-        let spin0 = s.angular_velocity[i];
-        let mut rotation = s.rotation[i];
-        let mut spin = spin0;
-        if self.bodies.data[i].turning_arm > 0.0 && rotation != e.rotation[i] {
-            let whole = rotation.inverse().then(&e.rotation[i]).vector();
-            let bend = (whole - spin0 * self.time) * (1.0 / (self.time * self.time));
-            rotation = rotation.then(&S::Rotation::about(spin0 * t + bend * (t * t)));
-            spin = spin0 + bend * (2.0 * t);
+impl<S: Geometry> Way<S> {
+    /// The way between two states; `arm` is how far turning carries a point of the surface per radian.
+    pub fn between(begin: f64, until: f64, start: &State<S>, end: &State<S>, arm: f64) -> Self {
+        let time = until - begin;
+        let mut bend = S::Spin::ZERO;
+        if arm > 0.0 && start.rotation != end.rotation {
+            let whole = start.rotation.inverse().then(&end.rotation).vector();
+            bend = (whole - start.spin * time) * (1.0 / (time * time));
         }
-        Moment { pose: Pose::new(position, rotation), velocity: s.velocity[i] + a * t, spin }
+        Way {
+            begin,
+            until,
+            position: start.position,
+            velocity: start.velocity,
+            acceleration: (end.velocity - start.velocity) * (1.0 / time),
+            rotation: start.rotation,
+            spin: start.spin,
+            bend,
+            arm,
+        }
     }
 
-    fn shape_pose(&self, i: usize, moment: &Moment<S>) -> Pose<S> {
-        let center = moment.pose.rotation.rotate(self.bodies.data[i].mass_properties.center);
-        Pose::new(moment.pose.position - center, moment.pose.rotation)
+    /// The state at a moment of the step \[s\].
+    pub fn at(&self, moment: f64) -> State<S> {
+        let t = moment - self.begin;
+        let position = self.position + self.velocity * t + self.acceleration * (0.5 * t * t);
+        let velocity = self.velocity + self.acceleration * t;
+        if self.arm == 0.0 || (self.spin == S::Spin::ZERO && self.bend == S::Spin::ZERO) {
+            return State { position, rotation: self.rotation, velocity, spin: self.spin };
+        }
+        let turn = S::Rotation::about(self.spin * t + self.bend * (t * t));
+        let rotation = self.rotation.then(&turn);
+        State { position, rotation, velocity, spin: self.spin + self.bend * (2.0 * t) }
     }
 
-    /// Bound of how fast the two surfaces near each other from now to the flow's end \[m/s\].
-    fn fastest(&self, a: usize, b: usize, now: f64) -> f64 {
-        let at = |m: &Motion<S>, i: usize| m.velocity[i];
-        let relative = |t: f64| {
-            let s = t / self.time;
-            let of = |i: usize| at(self.start, i) * (1.0 - s) + at(self.end, i) * s;
-            (of(a) - of(b)).norm()
-        };
-        relative(now).max(relative(self.time)) + self.turning(a) + self.turning(b)
+    /// Largest speed of turning from now on \[m/s\].
+    fn turning(&self) -> f64 {
+        let fastest = self.fastest_spin();
+        if fastest == 0.0 { 0.0 } else { self.arm * fastest }
     }
 
-    fn turning(&self, i: usize) -> f64 {
-        let spin = self.start.angular_velocity[i].norm().max(self.end.angular_velocity[i].norm());
-        if spin == 0.0 { 0.0 } else { self.bodies.data[i].turning_arm * spin }
+    fn fastest_spin(&self) -> f64 {
+        if self.arm == 0.0 {
+            return 0.0;
+        }
+        let end = self.spin + self.bend * (2.0 * (self.until - self.begin));
+        self.spin.norm().max(end.norm())
     }
 
-    /// Bound of the acceleration of a body's points that its turning makes \[m/s^2\].
-    fn swinging(&self, i: usize) -> f64 {
-        let (w0, w1) = (self.start.angular_velocity[i], self.end.angular_velocity[i]);
-        let fastest = w0.norm().max(w1.norm());
-        let change = (w1 - w0).norm() / self.time;
-        if fastest == 0.0 { 0.0 } else { self.bodies.data[i].turning_arm * (change + fastest * fastest) }
+    /// Bound of the acceleration of points that turning makes \[m/s^2\].
+    fn swinging(&self) -> f64 {
+        let fastest = self.fastest_spin();
+        let change = 2.0 * self.bend.norm();
+        if fastest == 0.0 && change == 0.0 { 0.0 } else { self.arm * (change + fastest * fastest) }
     }
+}
+
+/// Two bodies that may meet, and when to look.
+pub struct Search<'a, S: Geometry> {
+    /// The bodies.
+    pub pair: (usize, usize),
+    /// First moment to look at \[s\].
+    pub from: f64,
+    /// Not looked at from here on \[s\].
+    pub until: f64,
+    /// What does not change of the bodies.
+    pub bodies: &'a Bodies<S>,
+    /// Their ways.
+    pub ways: &'a [Way<S>],
+    /// Bounds of the step.
+    pub limits: &'a Limits,
+    /// Contacts that are not meant, ascending.
+    pub ignored: &'a [u64],
 }
 
 /// Finds arrivals; keeps memory, nothing that changes an answer.
@@ -118,30 +142,14 @@ enum Look {
 }
 
 impl<S: Geometry> Arrivals<S> {
-    /// First moment within the search at which a contact of the pair arrives that `ignored` does not name, and its
-    /// name.
-    pub fn first(
-        &mut self,
-        ways: &Ways<S>,
-        (a, b): (usize, usize),
-        search: &Search,
-        ignored: &dyn Fn(u64) -> bool,
-    ) -> Option<(f64, u64)> {
-        let mut t = 0.0;
-        let (mut low, mut high) = (0.0, f64::INFINITY);
+    /// First moment of the search at which a contact of the pair arrives, and its name.
+    pub fn first(&mut self, search: &Search<S>) -> Option<(f64, u64)> {
+        let mut t = search.from;
+        let (mut low, mut high) = (t, f64::INFINITY);
         let mut halvings = 0;
-        for _ in 0..STEPS + HALVINGS {
-            match self.look(ways, (a, b), t, search, ignored) {
+        for _ in 0..LOOKS {
+            match self.look(search, t) {
                 Look::Met(id) => return Some((t, id)),
-                Look::Late if halvings < HALVINGS && t > 0.0 => {
-                    high = t;
-                    halvings += 1;
-                    t = 0.5 * (low + high);
-                    if t <= low || t >= high {
-                        return self.deepest(ways, (a, b), high, ignored).map(|id| (high, id));
-                    }
-                }
-                Look::Late => return self.deepest(ways, (a, b), t, ignored).map(|id| (t, id)),
                 Look::Safe(later) => {
                     low = t;
                     t += later;
@@ -151,55 +159,67 @@ impl<S: Geometry> Arrivals<S> {
                     if t >= search.until {
                         return None;
                     }
-                    t = t.max(low + f64::EPSILON * ways.time);
+                    t = t.max(low + f64::EPSILON * search.limits.dt);
+                }
+                Look::Late => {
+                    high = t;
+                    halvings += 1;
+                    t = 0.5 * (low + high);
+                    if halvings > HALVINGS || t <= low || t >= high {
+                        return self.deepest(search, high).map(|id| (high, id));
+                    }
                 }
             }
         }
         None
     }
 
-    fn find(&mut self, ways: &Ways<S>, a: usize, b: usize, t: f64, margin: f64) -> [Moment<S>; 2] {
-        let moments = [ways.at(a, t), ways.at(b, t)];
+    fn find(&mut self, search: &Search<S>, t: f64, margin: f64) -> [State<S>; 2] {
+        let (a, b) = search.pair;
+        let states = [search.ways[a].at(t), search.ways[b].at(t)];
         self.points.clear();
-        let (Some(ca), Some(cb)) = (&ways.bodies.data[a].collider, &ways.bodies.data[b].collider) else {
-            return moments;
-        };
-        let (pose_a, pose_b) = (ways.shape_pose(a, &moments[0]), ways.shape_pose(b, &moments[1]));
-        S::contacts(ca, &pose_a, cb, &pose_b, margin, &mut self.points);
-        moments
+        let data = &search.bodies.data;
+        if let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) {
+            let place = |i: usize, s: &State<S>| {
+                let center = s.rotation.rotate(data[i].mass_properties.center);
+                Pose::new(s.position - center, s.rotation)
+            };
+            S::contacts(ca, &place(a, &states[0]), cb, &place(b, &states[1]), margin, &mut self.points);
+        }
+        states
     }
 
-    fn look(
-        &mut self,
-        ways: &Ways<S>,
-        (a, b): (usize, usize),
-        t: f64,
-        search: &Search,
-        ignored: &dyn Fn(u64) -> bool,
-    ) -> Look {
-        let fastest = ways.fastest(a, b, t);
-        let margin = fastest * (ways.time - t) + search.arrived;
-        let [at_a, at_b] = self.find(ways, a, b, t, margin);
-        let (serial_a, serial_b) = (ways.bodies.data[a].serial, ways.bodies.data[b].serial);
-        let pulled = ways.acceleration(a) - ways.acceleration(b);
-        let swinging = ways.swinging(a) + ways.swinging(b);
+    fn name(search: &Search<S>, p: &ContactPoint<S>) -> u64 {
+        let (a, b) = search.pair;
+        contact_id(search.bodies.data[a].serial, search.bodies.data[b].serial, p.feature)
+    }
+
+    fn look(&mut self, search: &Search<S>, t: f64) -> Look {
+        let (a, b) = (&search.ways[search.pair.0], &search.ways[search.pair.1]);
+        let pulled = a.acceleration - b.acceleration;
+        let rest = search.until - t;
+        let now = (a.velocity - b.velocity) + a.acceleration * (t - a.begin) - b.acceleration * (t - b.begin);
+        let fastest = now.norm().max((now + pulled * rest).norm()) + a.turning() + b.turning();
+        let arrived = search.limits.arrived;
+        let [at_a, at_b] = self.find(search, t, fastest * rest + arrived);
+        let swinging = a.swinging() + b.swinging();
         let mut safe = f64::INFINITY;
         for p in &self.points {
-            let id = contact_id(serial_a, serial_b, p.feature);
-            if ignored(id) {
+            let id = Self::name(search, p);
+            if search.ignored.binary_search(&id).is_ok() {
                 continue;
             }
-            let of = |m: &Moment<S>| m.velocity + S::swing(m.spin, p.point - m.pose.position);
+            let of = |s: &State<S>| s.velocity + S::swing(s.spin, p.point - s.position);
             let u = p.normal.dot(of(&at_a) - of(&at_b));
             let bend = (swinging - p.normal.dot(pulled)).max(0.0);
-            if p.gap <= search.arrived {
-                if u < -search.still_speed {
-                    let late = p.gap < -4.0 * search.arrived && t > 0.0;
+            if p.gap <= arrived {
+                if u < -search.limits.still_speed {
+                    let late = p.gap < -4.0 * arrived && t > search.from;
                     return if late { Look::Late } else { Look::Met(id) };
                 }
                 // on its way out it comes back no sooner than this
-                let out = if bend > 0.0 { (u + search.still_speed) / bend } else { f64::INFINITY };
-                safe = safe.min(out.max(PAUSE * ways.time));
+                let out = if bend > 0.0 { (u + search.limits.still_speed) / bend } else { f64::INFINITY };
+                safe = safe.min(out.max(PAUSE * search.limits.dt));
             } else {
                 safe = safe.min(first_root(p.gap, u, bend));
             }
@@ -208,18 +228,11 @@ impl<S: Geometry> Arrivals<S> {
     }
 
     /// The contact of least gap at a moment.
-    fn deepest(
-        &mut self,
-        ways: &Ways<S>,
-        (a, b): (usize, usize),
-        t: f64,
-        ignored: &dyn Fn(u64) -> bool,
-    ) -> Option<u64> {
-        self.find(ways, a, b, t, 0.0);
-        let (serial_a, serial_b) = (ways.bodies.data[a].serial, ways.bodies.data[b].serial);
-        let named = self.points.iter().map(|p| (p.gap, contact_id(serial_a, serial_b, p.feature)));
-        let mine = named.filter(|(_, id)| !ignored(*id));
-        mine.min_by(|x, y| x.0.total_cmp(&y.0)).map(|(_, id)| id)
+    fn deepest(&mut self, search: &Search<S>, t: f64) -> Option<u64> {
+        self.find(search, t, search.limits.arrived);
+        let named = self.points.iter().map(|p| (p.gap, Self::name(search, p)));
+        let meant = named.filter(|(_, id)| search.ignored.binary_search(id).is_err());
+        meant.min_by(|x, y| x.0.total_cmp(&y.0)).map(|(_, id)| id)
     }
 }
 

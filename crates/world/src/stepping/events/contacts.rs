@@ -1,11 +1,11 @@
 //! Who takes part: which of the contacts that touch strike, and which persist through the next flow. A contact
 //! persists by its velocity, or because it pressed before: the sign of rounding decides nothing.
 
-use super::group::{GroupStep, Halt};
+use super::together::{Halt, Together, Tools};
 use crate::impact::{Thresholds, Watched};
 use crate::narrow_phase::{Touch, normal_velocity};
 use carom_geometry::Geometry;
-use carom_solver::{Partition, Watch};
+use carom_solver::Partition;
 
 /// Normal velocity over the rest speed above which a contact that did not press before is new \[1\].
 const FRESH: f64 = 1e-3;
@@ -20,9 +20,26 @@ pub struct Active<S: Geometry> {
     pub fresh: Vec<u64>,
 }
 
-impl<S: Geometry> GroupStep<'_, S> {
+impl<S: Geometry> Active<S> {
+    /// The contacts between a part of a set's bodies, in the part's indices; both sets are given by their members.
+    pub fn of(&self, members: &[usize], part: &[usize]) -> Active<S> {
+        let slot = |i: usize| part.binary_search(&members[i]).ok();
+        let mut mine = Active { touches: Vec::new(), names: Vec::new(), fresh: Vec::new() };
+        for t in &self.touches {
+            if let (Some(a), Some(b)) = (slot(t.a), slot(t.b)) {
+                mine.touches.push(Touch { a, b, ..*t });
+                mine.names.push(t.id);
+                mine.fresh.extend(self.fresh.iter().filter(|id| **id == t.id));
+            }
+        }
+        mine.names.sort_unstable();
+        mine
+    }
+}
+
+impl<S: Geometry> Together<'_, S> {
     /// Stops or throws back what has arrived and approaches, and what touches it. True when there was an impact.
-    pub fn strike(&mut self, touches: &[Touch<S>], watch: &mut Watch) -> Result<bool, Halt> {
+    pub fn strike(&mut self, touches: &[Touch<S>], tools: &mut Tools<S>) -> Result<bool, Halt> {
         let called: Vec<bool> = touches.iter().map(|t| self.strikes(t)).collect();
         if !called.contains(&true) {
             return Ok(false);
@@ -44,7 +61,7 @@ impl<S: Geometry> GroupStep<'_, S> {
                 struck.push(Touch { gap: 0.0, ..*t });
             }
         }
-        self.resolve(&struck, watch)?;
+        self.resolve(&struck, tools)?;
         self.events.impacts += 1;
         Ok(true)
     }
@@ -64,20 +81,20 @@ impl<S: Geometry> GroupStep<'_, S> {
         }
     }
 
-    fn resolve(&mut self, struck: &[Touch<S>], watch: &mut Watch) -> Result<(), Halt> {
+    fn resolve(&mut self, struck: &[Touch<S>], tools: &mut Tools<S>) -> Result<(), Halt> {
         let limits = &self.limits;
         let thresholds = Thresholds {
             rest_speed: limits.rest_speed,
             elastic_rest_speed: 0.0,
             still_speed: limits.still_speed,
             call_speed: limits.still_speed,
-            touching: limits.touching,
+            touching: f64::MAX,
             dt: limits.dt,
         };
         let mut settings = self.settings.clone();
         settings.tolerance = limits.tolerance;
-        let mut watched = Watched { solver: &mut *self.solver, watch };
-        let report = self.impacts.resolve(
+        let mut watched = Watched { solver: &mut *tools.solver, watch: &mut *tools.watch };
+        let report = tools.impacts.resolve(
             &mut self.bodies,
             struck,
             &settings,
@@ -86,7 +103,10 @@ impl<S: Geometry> GroupStep<'_, S> {
             &mut self.ledger,
         );
         match report {
-            Some(report) => self.keep(1, report, "impact"),
+            Some(mut report) => {
+                report.worst = report.worst.map(|(a, b)| (self.members[a], self.members[b]));
+                self.keep(1, report, "impact")
+            }
             None => Ok(()),
         }
     }

@@ -2,20 +2,20 @@
 //! is, then one flow in which every pair within reach holds n.ubar >= -gap / tau. It takes energy and never gives;
 //! the ledger has a line for it.
 
-use super::group::{GroupStep, Halt};
+use super::together::{Halt, Together, Tools};
 use crate::assembly;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
-use carom_solver::{ContactProblem, Impulses, Twist, Watch};
+use carom_solver::{ContactProblem, Impulses, Twist};
 
-impl<S: Geometry> GroupStep<'_, S> {
-    /// Moves the group by a time \[s\] without looking for events.
-    pub fn fall_back(&mut self, time: f64, watch: &mut Watch) -> Result<(), Halt> {
+impl<S: Geometry> Together<'_, S> {
+    /// Moves the set by a time \[s\] without looking for events.
+    pub fn fall_back(&mut self, time: f64, tools: &mut Tools<S>) -> Result<(), Halt> {
         let touches = self.within_reach();
         let before = self.twists();
         let closing = |t: &Touch<S>| -t.gap.max(0.0) / time;
-        self.impulse(&touches, &before.clone(), before, 0.0, &closing, watch)?;
+        self.impulse(&touches, &before.clone(), before, 0.0, &closing, tools)?;
         let start = self.bodies.motion.clone();
         let before = self.twists();
         let free = self.loaded(&before, time);
@@ -29,7 +29,7 @@ impl<S: Geometry> GroupStep<'_, S> {
             .map(|(b, f)| Twist::new(b.linear + f.linear, b.angular + f.angular))
             .collect();
         let twice = |t: &Touch<S>| -2.0 * t.gap.max(0.0) / time;
-        self.impulse(&touches, &sums, free, time, &twice, watch)?;
+        self.impulse(&touches, &sums, free, time, &twice, tools)?;
         let mut potential = 0.0;
         for i in 0..self.bodies.len() {
             let mean = (before[i].linear + self.bodies.motion.velocity[i]) * 0.5;
@@ -51,7 +51,8 @@ impl<S: Geometry> GroupStep<'_, S> {
         let mut touches = Vec::new();
         for k in 0..self.pairs.len() {
             let (a, b) = self.pairs[k];
-            self.find((a, b), self.reaches[a] + self.reaches[b] + self.limits.touching, &mut touches);
+            let near_by = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
+            self.find((a, b), self.reaches[a] + self.reaches[b] + near_by, &mut touches);
         }
         touches
     }
@@ -64,7 +65,7 @@ impl<S: Geometry> GroupStep<'_, S> {
         free: Vec<Twist<S>>,
         time: f64,
         target: &dyn Fn(&Touch<S>) -> f64,
-        watch: &mut Watch,
+        tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
         let before = self.twists();
         let mut problem = ContactProblem::new(Vec::new(), Vec::new());
@@ -76,7 +77,7 @@ impl<S: Geometry> GroupStep<'_, S> {
         }
         let mut impulses = Impulses::zero(&problem);
         if !touches.is_empty() {
-            self.solve(&problem, &mut impulses, watch)?;
+            self.solve(&problem, &mut impulses, tools)?;
         }
         let mut after = free;
         problem.apply(&impulses, &mut after);

@@ -4,13 +4,13 @@
 //! solver has the velocities v- + v+ without impulses, twice the mean: its end velocities are u- + u+. Places and
 //! velocities depend on each other over xbar; rounds of both settle at once on flat ground.
 
-use super::group::{GroupStep, Halt, LastFlow};
+use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
 use crate::integrate::turn_freely;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
-use carom_solver::{ContactProblem, Impulses, Twist, Watch};
+use carom_solver::{ContactProblem, Impulses, Twist};
 
 /// Most rounds between places and velocities.
 const ROUNDS: usize = 12;
@@ -30,15 +30,15 @@ pub enum Stick {
     End,
 }
 
-impl<S: Geometry> GroupStep<'_, S> {
-    /// Moves the group by a time \[s\] with these contacts acting.
+impl<S: Geometry> Together<'_, S> {
+    /// Moves the set by a time \[s\] with these contacts acting.
     pub fn flow(
         &mut self,
         time: f64,
         active: &[Touch<S>],
         fresh: &[u64],
         stick: Stick,
-        watch: &mut Watch,
+        tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
         let start = self.bodies.motion.clone();
         self.turn(0.5 * time);
@@ -70,7 +70,7 @@ impl<S: Geometry> GroupStep<'_, S> {
             }
             if !touches.is_empty() {
                 let mut impulses = std::mem::take(&mut last.impulses);
-                self.solve(&last.problem, &mut impulses, watch)?;
+                self.solve(&last.problem, &mut impulses, tools)?;
                 last.impulses = impulses;
             }
             after.clone_from(&free);
@@ -123,7 +123,8 @@ impl<S: Geometry> GroupStep<'_, S> {
             let pair = (active[first].a, active[first].b);
             let count = active[first..].iter().take_while(|t| (t.a, t.b) == pair).count();
             near.clear();
-            let margin = 4.0 * self.limits.touching + self.reaches[pair.0] + self.reaches[pair.1];
+            let near_by = self.limits.touching(&self.bodies.data[pair.0], &self.bodies.data[pair.1]);
+            let margin = 4.0 * near_by + self.reaches[pair.0] + self.reaches[pair.1];
             self.find(pair, margin, &mut near);
             for t in &active[first..first + count] {
                 let again = near.iter().find(|n| n.id == t.id && n.normal.dot(t.normal) > ONE_SIDE);

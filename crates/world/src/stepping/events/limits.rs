@@ -1,10 +1,18 @@
-//! Speeds and lengths that the scheme tells things apart by, for one group of bodies and one step.
+//! Speeds and lengths that the scheme tells things apart by, for one step.
 
-use crate::bodies::Bodies;
-use crate::narrow_phase::smallest_extent;
+use crate::bodies::{Bodies, BodyData};
 use crate::settings::Settings;
 use carom_geometry::Geometry;
 use carom_math::Column;
+
+/// What solves can reach relative to the speeds in them \[1\].
+const ROUNDING: f64 = 1e-14;
+/// Noise of velocities in scenes without gravity \[m/s\].
+const STILL: f64 = 1e-11;
+/// Gap over a pair's size at which bodies have met \[1\].
+const ARRIVED: f64 = 1e-12;
+/// Events of a body after which its group takes the rest of the step at once, at least.
+const CAP: usize = 256;
 
 /// The bounds of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,44 +25,46 @@ pub struct Limits {
     pub still_speed: f64,
     /// Residual that solves aim at \[m/s\].
     pub tolerance: f64,
-    /// Gap up to which bodies touch \[m\].
-    pub touching: f64,
     /// Gap up to which an approaching contact has arrived \[m\].
     pub arrived: f64,
-    /// Overlap that is projected away \[m\].
-    pub overlap: f64,
-    /// Events after which the rest of the step is taken at once.
-    pub cap: usize,
+    /// Rounding of places \[m\].
+    rounding: f64,
+    touching: f64,
+    overlap: f64,
+    cap: Option<usize>,
     /// Stops of slipping contacts that end a flow.
     pub slip_stops: usize,
 }
 
 impl Limits {
-    /// The bounds for a group of bodies.
+    /// The bounds for all bodies.
     pub fn of<S: Geometry>(settings: &Settings<S>, bodies: &Bodies<S>, dt: f64) -> Self {
         let events = &settings.events;
         let fall = settings.gravity.norm() * dt;
-        let size = smallest_extent(bodies).unwrap_or(0.0);
-        let movers = (0..bodies.len()).filter(|&i| bodies.is_dynamic(i));
-        let (mut fastest, mut farthest) = (fall, 0.0_f64);
-        for i in movers.clone() {
+        let (mut fastest, mut farthest, mut size) = (fall, 0.0_f64, f64::INFINITY);
+        for (i, d) in bodies.data.iter().enumerate().filter(|(i, _)| bodies.is_dynamic(*i)) {
             let m = &bodies.motion;
-            let extent = bodies.data[i].extent;
-            let arm = if extent.is_finite() { extent } else { 0.0 };
+            let arm = if d.extent.is_finite() { d.extent } else { 0.0 };
             fastest = fastest.max(m.velocity[i].norm() + arm * m.angular_velocity[i].norm());
             farthest = farthest.max(m.position[i].max_abs());
+            if d.extent > 0.0 {
+                size = size.min(d.extent);
+            }
         }
+        let size = if size.is_finite() { size } else { 0.0 };
         let tolerance = (events.tolerance * fall).max(ROUNDING * fastest);
         let rest_speed = events.rest_speed_factor * fall;
+        let rounding = 8.0 * f64::EPSILON * (farthest + size);
         Limits {
             dt,
             rest_speed,
             still_speed: (20.0 * tolerance).max(1e-9 * rest_speed).max(STILL),
             tolerance,
-            touching: events.touching * size,
-            arrived: (1e-12 * size).max(8.0 * f64::EPSILON * farthest),
-            overlap: (events.overlap * size).max(64.0 * f64::EPSILON * farthest),
-            cap: events.cap.unwrap_or_else(|| (2 * movers.count()).max(64)),
+            arrived: (ARRIVED * size).max(rounding),
+            rounding,
+            touching: events.touching,
+            overlap: events.overlap,
+            cap: events.cap,
             slip_stops: events.slip_stops,
         }
     }
@@ -62,9 +72,16 @@ impl Limits {
     pub fn rest_speed_of(&self, restitution: f64) -> f64 {
         if restitution >= 1.0 { 0.0 } else { self.rest_speed }
     }
+    /// Gap up to which two bodies touch \[m\].
+    pub fn touching<S: Geometry>(&self, a: &BodyData<S>, b: &BodyData<S>) -> f64 {
+        (self.touching * a.extent.min(b.extent)).max(self.arrived)
+    }
+    /// Overlap of two bodies that is projected away \[m\].
+    pub fn overlap<S: Geometry>(&self, a: &BodyData<S>, b: &BodyData<S>) -> f64 {
+        (self.overlap * a.extent.min(b.extent)).max(8.0 * self.rounding)
+    }
+    /// Events after which a set of so many movable bodies takes the rest of the step at once.
+    pub fn cap(&self, bodies: usize) -> usize {
+        self.cap.unwrap_or_else(|| (2 * bodies).max(CAP))
+    }
 }
-
-/// What solves can reach relative to the speeds in them \[1\].
-const ROUNDING: f64 = 1e-14;
-/// Noise of velocities in scenes without gravity \[m/s\].
-const STILL: f64 = 1e-11;

@@ -2,31 +2,30 @@
 //! (Gauss-Newton on the gaps). Impacts are never made by it; spin momenta stay. What it does to the energy is the
 //! ledger's line.
 
-use super::group::{GroupStep, Halt};
+use super::together::{Halt, Together, Tools};
 use crate::assembly;
 use crate::integrate::set_spin_momentum;
 use crate::observe::energy::Energy;
 use carom_geometry::Geometry;
 use carom_math::{Column, Rotation};
-use carom_solver::{ContactProblem, Impulses, SolveSettings, Stop, Twist, Watch};
+use carom_solver::{ContactProblem, Impulses, SolveSettings, Stop, Twist};
 
 /// Gauss-Newton rounds; each squares what is left.
 const ROUNDS: usize = 8;
 
-impl<S: Geometry> GroupStep<'_, S> {
+impl<S: Geometry> Together<'_, S> {
     /// Removes overlaps beyond the limit; true when there were any.
-    pub fn project(&mut self, watch: &mut Watch) -> Result<bool, Halt> {
+    pub fn project(&mut self, tools: &mut Tools<S>) -> Result<bool, Halt> {
         let before = Energy::of(&self.bodies, self.settings.gravity).total();
         let mut moved = false;
         for _ in 0..ROUNDS {
-            let touches = self.touches(0.0);
-            let deepest = touches.iter().fold(0.0, |d: f64, t| d.max(-t.gap));
-            if deepest <= self.limits.overlap {
+            let deepest = self.deepest();
+            if deepest == 0.0 {
                 break;
             }
             moved = true;
             self.events.deepest = self.events.deepest.max(deepest);
-            self.apart(deepest, watch)?;
+            self.apart(deepest, tools)?;
         }
         if moved {
             self.ledger.projection += Energy::of(&self.bodies, self.settings.gravity).total() - before;
@@ -35,9 +34,24 @@ impl<S: Geometry> GroupStep<'_, S> {
         Ok(moved)
     }
 
+    /// Deepest overlap beyond the limits; 0 when there is none.
+    pub fn deepest(&mut self) -> f64 {
+        let mut touches = Vec::new();
+        for k in 0..self.pairs.len() {
+            self.find(self.pairs[k], 0.0, &mut touches);
+        }
+        let beyond = touches
+            .iter()
+            .filter(|t| -t.gap > self.limits.overlap(&self.bodies.data[t.a], &self.bodies.data[t.b]));
+        beyond.fold(0.0, |d: f64, t| d.max(-t.gap))
+    }
+
     /// One round: displacements as velocities of a problem without friction, over a second.
-    fn apart(&mut self, deepest: f64, watch: &mut Watch) -> Result<(), Halt> {
-        let touches = self.touches(2.0 * deepest);
+    fn apart(&mut self, deepest: f64, tools: &mut Tools<S>) -> Result<(), Halt> {
+        let mut touches = Vec::new();
+        for k in 0..self.pairs.len() {
+            self.find(self.pairs[k], 2.0 * deepest, &mut touches);
+        }
         let mut problem = ContactProblem::new(Vec::new(), Vec::new());
         assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
         problem.velocities.fill(Twist::default());
@@ -49,7 +63,7 @@ impl<S: Geometry> GroupStep<'_, S> {
         // the bodies in the way of a driven wall do not move with it here
         let mut impulses = Impulses::zero(&problem);
         let solve = SolveSettings { tolerance: 1e-6 * deepest, ..self.settings.solve() };
-        let outcome = self.solver.solve_watched(&problem, &solve, &mut impulses, watch);
+        let outcome = tools.solver.solve_watched(&problem, &solve, &mut impulses, tools.watch);
         if matches!(outcome.stop, Stop::Refused(_)) {
             return Ok(());
         }

@@ -4,12 +4,11 @@
 
 use super::contacts::Active;
 use super::flow::Stick;
-use super::group::{GroupStep, Halt, Saved};
+use super::together::{Halt, Saved, Together, Tools};
 use crate::bodies::Bodies;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
 use carom_math::Column;
-use carom_solver::Watch;
 
 /// Slips below this are none \[m/s\].
 const NO_SLIP: f64 = 1e-9;
@@ -37,7 +36,7 @@ fn slip_of<S: Geometry>(bodies: &Bodies<S>, t: &Touch<S>) -> S::Vector {
     relative - t.normal * t.normal.dot(relative)
 }
 
-impl<S: Geometry> GroupStep<'_, S> {
+impl<S: Geometry> Together<'_, S> {
     /// The moment of the first stop within a flow that has just been taken from `start`; the group is at the flow's
     /// end, before and after.
     pub fn first_stop(
@@ -45,7 +44,7 @@ impl<S: Geometry> GroupStep<'_, S> {
         start: &Saved<S>,
         active: &Active<S>,
         time: f64,
-        watch: &mut Watch,
+        tools: &mut Tools<S>,
     ) -> Result<Option<f64>, Halt> {
         if active.touches.iter().all(|t| t.friction == 0.0) {
             return Ok(None);
@@ -56,7 +55,7 @@ impl<S: Geometry> GroupStep<'_, S> {
         let slips = self.slips(active);
         self.restore(&end);
         let found = if slips.iter().any(|s| self.along(s) <= STOPPED * s.speed) {
-            self.seek(start, active, &slips, time, watch)?
+            self.seek(start, active, &slips, time, tools)?
         } else {
             None
         };
@@ -89,13 +88,13 @@ impl<S: Geometry> GroupStep<'_, S> {
         active: &Active<S>,
         slips: &[Slip<S>],
         time: f64,
-        watch: &mut Watch,
+        tools: &mut Tools<S>,
     ) -> Result<Option<f64>, Halt> {
         let mut trial = TRIAL * time;
         let mut stop = f64::INFINITY;
         for _ in 0..TRIALS {
             self.restore(start);
-            self.flow(trial, &active.touches, &active.fresh, Stick::Mean, watch)?;
+            self.flow(trial, &active.touches, &active.fresh, Stick::Mean, tools)?;
             let left: Vec<f64> = slips.iter().map(|s| self.along(s)).collect();
             if slips.iter().zip(&left).all(|(s, l)| *l > STOPPED * s.speed) {
                 let moments = slips.iter().zip(&left).filter(|(s, l)| s.speed > **l);
@@ -109,7 +108,7 @@ impl<S: Geometry> GroupStep<'_, S> {
         }
         for _ in 0..CORRECTIONS {
             self.restore(start);
-            self.flow(stop, &active.touches, &active.fresh, Stick::Mean, watch)?;
+            self.flow(stop, &active.touches, &active.fresh, Stick::Mean, tools)?;
             // the slip that is nearest to its stop there, and what a line through its start says of the rest
             let mut next = f64::INFINITY;
             let mut rest = f64::INFINITY;

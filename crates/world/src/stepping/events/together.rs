@@ -1,6 +1,7 @@
-//! One group's bodies on their way through a step: what they touch, who presses, and what is booked. The stages of
-//! the scheme in the other files work on this. Indices are the group's own.
+//! Bodies that are dealt with together at a moment: what they touch, who presses, and what is booked. The stages of the
+//! scheme in the other files work on this. Indices are the set's own.
 
+use super::arrival::Arrivals;
 use super::limits::Limits;
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
@@ -13,47 +14,55 @@ use crate::observe::report::{Events, SolveReport};
 use crate::settings::Settings;
 use crate::warm_start::WarmStart;
 use carom_geometry::{ContactPoint, Geometry};
-use carom_math::{Column, Rotation};
 use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolveSettings, Stop, Twist, Watch};
 
-/// A group in the middle of its step.
-pub struct GroupStep<'a, S: Geometry> {
+/// Bodies at one moment of the step, to be struck, moved and looked at together.
+pub struct Together<'a, S: Geometry> {
     /// The choices of the run.
     pub settings: &'a Settings<S>,
-    /// The group's bodies.
+    /// The bodies: movable ones and obstacles in their way.
     pub bodies: Bodies<S>,
+    /// Their indices in the world, ascending.
+    pub members: Vec<usize>,
     /// Pairs that may meet.
     pub pairs: Vec<(usize, usize)>,
     /// Loads through the step, gravity apart.
     pub wrenches: Vec<Wrench<S>>,
-    /// How far bodies may come from where they began \[m\].
+    /// How far surfaces may come in the step \[m\].
     pub reaches: Vec<f64>,
-    /// Where they began.
-    pub origin: Motion<S>,
     /// Bounds of the step.
-    pub limits: Limits,
+    pub limits: &'a Limits,
     /// Time of the step's start \[s\].
     pub time: f64,
-    /// The step's lines.
+    /// Lines of what has been done with them.
     pub ledger: Ledger,
-    /// What happened.
+    /// What happened to them.
     pub events: Events,
-    /// Contacts that pressed in the last flow, by name, ascending; before the first flow, those of the step before.
+    /// Contacts that pressed in the last flow, by name, ascending; `None` before the step's first, where those of the
+    /// step before count.
     pub pressed: Option<Vec<u64>>,
-    /// Forces of the step before, from which the first flow starts.
+    /// Forces and pressed contacts of the step before.
     pub warm: &'a WarmStart<S>,
     /// Forces of the last flow, once there was one.
     pub forces: Option<WarmStart<S>>,
-    /// The contacts of the last flow, its problem, its impulses and its length \[s\].
+    /// The last flow's problem and impulses.
     pub last: LastFlow<S>,
-    /// Worst solves of the step: persistent contacts, impacts.
+    /// Worst solves: persistent contacts, impacts.
     pub worst: [Option<SolveReport>; 2],
+    /// Memory for contact points.
+    pub points: Vec<ContactPoint<S>>,
+}
+
+/// What solves, and who watches.
+pub struct Tools<'a, 'w, S: Geometry> {
     /// The solver.
     pub solver: &'a mut dyn ImpulseSolver<S>,
     /// The impact phase's memory.
     pub impacts: &'a mut Impacts<S>,
-    /// Memory for contact points.
-    pub points: Vec<ContactPoint<S>>,
+    /// The search for arrivals.
+    pub arrivals: &'a mut Arrivals<S>,
+    /// Told of long solves.
+    pub watch: &'a mut Watch<'w>,
 }
 
 /// What a flow solved last.
@@ -90,11 +99,15 @@ impl<S: Geometry> Saved<S> {
     pub fn motion(&self) -> &Motion<S> {
         &self.motion
     }
+    /// The same, to be kept.
+    pub fn into_motion(self) -> Motion<S> {
+        self.motion
+    }
 }
 
-/// Why a group's step ended early.
+/// Why a step ended early.
 pub enum Halt {
-    /// A body left its reach: the step must begin again with larger ones.
+    /// A body left its reach (its index in the world): the step must begin again with larger ones.
     Outgrown(usize),
     /// The step is refused.
     Refused(StepError, Option<SolveReport>),
@@ -106,7 +119,7 @@ impl From<StepError> for Halt {
     }
 }
 
-impl<S: Geometry> GroupStep<'_, S> {
+impl<S: Geometry> Together<'_, S> {
     /// Contacts of a pair with gaps up to a margin \[m\], appended.
     pub fn find(&mut self, (a, b): (usize, usize), margin: f64, out: &mut Vec<Touch<S>>) {
         let data = &self.bodies.data;
@@ -117,11 +130,13 @@ impl<S: Geometry> GroupStep<'_, S> {
         touches_of(&self.bodies, self.settings, (a, b), &self.points, out);
     }
 
-    /// All contacts of the group with gaps up to a margin \[m\].
-    pub fn touches(&mut self, margin: f64) -> Vec<Touch<S>> {
+    /// All contacts that touch.
+    pub fn touches(&mut self) -> Vec<Touch<S>> {
         let mut out = Vec::new();
         for k in 0..self.pairs.len() {
-            self.find(self.pairs[k], margin, &mut out);
+            let (a, b) = self.pairs[k];
+            let margin = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
+            self.find((a, b), margin, &mut out);
         }
         out
     }
@@ -145,21 +160,29 @@ impl<S: Geometry> GroupStep<'_, S> {
         self.worst[0].clone_from(&saved.worst);
     }
 
+    /// Starts new lines and reports: what there was has been taken over.
+    pub fn forget(&mut self) {
+        self.ledger = Ledger::default();
+        self.events = Events::default();
+        self.worst = [None, None];
+    }
+
     /// Velocities before the step's loads, per body.
     pub fn twists(&self) -> Vec<Twist<S>> {
         (0..self.bodies.len()).map(|i| self.bodies.motion.twist(i)).collect()
     }
 
-    /// Solves a problem of the group and keeps the report if it is the worst of its phase.
+    /// Solves a problem of the set and keeps the report if it is the worst of its phase.
     pub fn solve(
         &mut self,
         problem: &ContactProblem<S>,
         impulses: &mut Impulses<S>,
-        watch: &mut Watch,
+        tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
         let solve = SolveSettings { tolerance: self.limits.tolerance, ..self.settings.solve() };
-        let outcome = self.solver.solve_watched(problem, &solve, impulses, watch);
+        let outcome = tools.solver.solve_watched(problem, &solve, impulses, tools.watch);
         let worst = assembly::bodies_of(problem, outcome.residual.worst);
+        let worst = worst.map(|(a, b)| (self.members[a], self.members[b]));
         self.keep(0, SolveReport::new(outcome, problem.contacts.len(), worst), "contact")
     }
 
@@ -189,24 +212,6 @@ impl<S: Geometry> GroupStep<'_, S> {
         }
         if let Some(kept) = &mut self.worst[phase] {
             kept.iterations = iterations;
-        }
-        Ok(())
-    }
-
-    /// Refuses to go on when a body has left its reach.
-    pub fn check_reach(&self) -> Result<(), Halt> {
-        let m = &self.bodies.motion;
-        for i in (0..self.bodies.len()).filter(|&i| self.bodies.data[i].collider.is_some()) {
-            let arm = self.bodies.data[i].turning_arm;
-            let way = (m.position[i] - self.origin.position[i]).norm();
-            let turned = if m.rotation[i] == self.origin.rotation[i] || arm == 0.0 {
-                0.0
-            } else {
-                arm * self.origin.rotation[i].inverse().then(&m.rotation[i]).vector().norm()
-            };
-            if way + turned > self.reaches[i] + self.limits.touching {
-                return Err(Halt::Outgrown(i));
-            }
         }
         Ok(())
     }

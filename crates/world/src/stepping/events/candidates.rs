@@ -1,0 +1,102 @@
+//! Which bodies may meet within a step: pairs whose reaches overlap. A reach is a guess that is checked: a body that
+//! outgrows its own gets a larger one, and the step begins again.
+
+use super::limits::Limits;
+use crate::bodies::Bodies;
+use crate::force::Wrench;
+use crate::settings::Settings;
+use carom_geometry::broad_phase::BroadPhase;
+use carom_geometry::{Aabb, Geometry};
+use carom_math::Column;
+
+/// Margin of a first guess of a reach over the way at the present velocity and acceleration \[1\].
+const MARGIN: f64 = 1.25;
+
+/// Pairs of bodies that may meet; holds memory, nothing that changes an answer.
+#[derive(Default)]
+pub struct Candidates<S: Geometry> {
+    broad: BroadPhase<S>,
+    bounds: Vec<Aabb<S>>,
+    indices: Vec<usize>,
+    movable: Vec<bool>,
+    /// The pairs, sorted.
+    pub pairs: Vec<(usize, usize)>,
+    /// For each body, where its pairs begin in `of`.
+    starts: Vec<usize>,
+    of: Vec<usize>,
+}
+
+/// How far the surface of each body may come in a step \[m\]: the first guess.
+pub fn reaches<S: Geometry>(
+    bodies: &Bodies<S>,
+    settings: &Settings<S>,
+    wrenches: &[Wrench<S>],
+    dt: f64,
+) -> Vec<f64> {
+    let guess = |i: usize| {
+        let d = &bodies.data[i];
+        let linear = bodies.motion.velocity[i].norm();
+        let spin = bodies.motion.angular_velocity[i].norm();
+        let turning = if spin > 0.0 { d.turning_arm * spin } else { 0.0 };
+        let pushed = if bodies.is_dynamic(i) {
+            settings.gravity.norm() + wrenches[i].force.norm() * d.inverse_mass
+        } else {
+            0.0
+        };
+        MARGIN * (linear + turning + pushed * dt) * dt
+    };
+    (0..bodies.len()).map(guess).collect()
+}
+
+impl<S: Geometry> Candidates<S> {
+    /// Finds the pairs for these reaches.
+    pub fn update(&mut self, bodies: &Bodies<S>, reaches: &[f64], limits: &Limits) {
+        self.bounds.clear();
+        self.indices.clear();
+        self.movable.clear();
+        for (i, d) in bodies.data.iter().enumerate() {
+            let Some(collider) = &d.collider else { continue };
+            let margin = reaches[i] + limits.touching(d, d).min(f64::MAX);
+            let margin = if d.inverse_mass > 0.0 { margin } else { reaches[i] };
+            self.bounds.push(S::bounds(collider, &bodies.shape_pose(i), margin));
+            self.indices.push(i);
+            self.movable.push(d.inverse_mass > 0.0);
+        }
+        let (data, indices) = (&bodies.data, &self.indices);
+        let may_pair = |i: usize, j: usize| {
+            let (a, b) = (&data[indices[i]], &data[indices[j]]);
+            let moves = a.inverse_mass > 0.0 || b.inverse_mass > 0.0;
+            moves && a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0
+        };
+        let found = self.broad.update(&self.bounds, &self.movable, &may_pair);
+        self.pairs.clear();
+        self.pairs.extend(found.iter().map(|&(i, j)| (indices[i as usize], indices[j as usize])));
+        self.sort_by_body(bodies.len());
+    }
+
+    fn sort_by_body(&mut self, bodies: usize) {
+        self.starts.clear();
+        self.starts.resize(bodies + 1, 0);
+        for &(a, b) in &self.pairs {
+            self.starts[a + 1] += 1;
+            self.starts[b + 1] += 1;
+        }
+        for i in 0..bodies {
+            self.starts[i + 1] += self.starts[i];
+        }
+        let mut next = self.starts.clone();
+        self.of.clear();
+        self.of.resize(2 * self.pairs.len(), 0);
+        for (k, &(a, b)) in self.pairs.iter().enumerate() {
+            for i in [a, b] {
+                self.of[next[i]] = k;
+                next[i] += 1;
+            }
+        }
+    }
+
+    /// The pairs of a body, by index, ascending.
+    pub fn of_body(&self, body: usize) -> &[usize] {
+        &self.of[self.starts[body]..self.starts[body + 1]]
+    }
+}

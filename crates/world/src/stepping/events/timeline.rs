@@ -1,0 +1,749 @@
+//! The order of events in a step. Movable bodies that persisting contacts join form an island; each island has a flow
+//! of its own, begun at its last event and laid out to its next own end (the step's, or the stop of a slip). Arrivals
+//! between bodies are found on the islands' ways and wait in a queue; when one is due, only the islands that meet are
+//! taken back, brought to the moment, struck, and laid out anew. What an event costs is the matter of its islands.
+
+use super::arrival::{Search, State, Way};
+use super::candidates::Candidates;
+use super::contacts::Active;
+use super::flow::Stick;
+use super::limits::Limits;
+use super::together::{Halt, LastFlow, Together, Tools};
+use crate::bodies::{Bodies, Motion};
+use crate::force::Wrench;
+use crate::narrow_phase::normal_velocity;
+use crate::observe::ledger::Ledger;
+use crate::observe::report::{Events, SolveReport};
+use crate::settings::Settings;
+use crate::stepping::SchemeReport;
+use crate::warm_start::WarmStart;
+use carom_geometry::Geometry;
+use carom_math::{Column, Rotation};
+use carom_solver::Partition;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Corrections of an arrival's moment where bodies in contact do not follow their first ways.
+const CORRECTIONS: usize = 8;
+/// Rotation in one flow \[rad\]: ways are found from quadratic rotations.
+const TURN: f64 = 1.0;
+/// Left of the step when it is over \[1\].
+const OVER: f64 = 1e-14;
+
+/// What all of a step has in common.
+pub struct Common<'a, S: Geometry> {
+    /// The choices of the run.
+    pub settings: &'a Settings<S>,
+    /// Bounds of the step.
+    pub limits: Limits,
+    /// Time of the step's start \[s\].
+    pub time: f64,
+    /// Loads on each body through the step.
+    pub wrenches: Vec<Wrench<S>>,
+    /// Motion at the step's start.
+    pub origin: Motion<S>,
+    /// How far surfaces may come \[m\].
+    pub reaches: Vec<f64>,
+    /// Forces and pressed contacts of the step before.
+    pub warm: &'a WarmStart<S>,
+    /// Pairs that may meet.
+    pub candidates: &'a Candidates<S>,
+}
+
+/// Bodies that persisting contacts join, on a flow of their own.
+pub struct Island<S: Geometry> {
+    /// Indices in the world, ascending, obstacles included.
+    pub members: Vec<usize>,
+    begin: f64,
+    until: f64,
+    start: Motion<S>,
+    /// Motion at `until`.
+    pub end: Motion<S>,
+    active: Active<S>,
+    stick: Stick,
+    before: Option<Vec<u64>>,
+    /// Lines of the flow.
+    ledger: Ledger,
+    worst: Option<SolveReport>,
+    /// Forces of the flow.
+    pub forces: Option<WarmStart<S>>,
+    /// Contacts that pressed in it.
+    pub pressed: Option<Vec<u64>>,
+    /// Its problem and impulses.
+    pub last: LastFlow<S>,
+    /// Events of its bodies so far, and stops of slips among them.
+    events: usize,
+    stops: usize,
+    stopping: bool,
+}
+
+/// What waits in the queue: when, and whose. Moments are not negative, so their bits are in order.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry {
+    moment: u64,
+    kind: Kind,
+    version: u64,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    /// An island reaches the end of its flow before the step's.
+    Ends(usize),
+    /// A contact of a pair arrives.
+    Meets(usize, u64),
+}
+
+/// A step in the making.
+pub struct Timeline<'a, 'w, S: Geometry> {
+    common: &'a Common<'a, S>,
+    tools: Tools<'a, 'w, S>,
+    /// Each body as it was when its flow began.
+    bodies: &'a mut Bodies<S>,
+    ways: Vec<Way<S>>,
+    /// The islands; `None` where one has ended.
+    pub islands: Vec<Option<Island<S>>>,
+    island_of: Vec<usize>,
+    queue: BinaryHeap<Reverse<Entry>>,
+    versions: Vec<u64>,
+    slots: Vec<usize>,
+    /// Lines of all flows and impacts.
+    pub ledger: Ledger,
+    /// What happened.
+    pub events: Events,
+    /// Worst solves: persistent contacts, impacts.
+    pub worst: [Option<SolveReport>; 2],
+}
+
+/// No island, or no slot.
+const NONE: usize = usize::MAX;
+
+impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
+    /// A step that begins with the bodies as they are.
+    pub fn new(common: &'a Common<'a, S>, bodies: &'a mut Bodies<S>, tools: Tools<'a, 'w, S>) -> Self {
+        let dt = common.limits.dt;
+        let ways = (0..bodies.len()).map(|i| {
+            let start = state(&bodies.motion, i);
+            let mut end = start;
+            end.rotation = start.rotation.then(&S::Rotation::about(start.spin * dt));
+            Way::between(0.0, dt, &start, &end, bodies.data[i].turning_arm)
+        });
+        Timeline {
+            ways: ways.collect(),
+            islands: Vec::new(),
+            island_of: vec![NONE; bodies.len()],
+            queue: BinaryHeap::new(),
+            versions: vec![0; common.candidates.pairs.len()],
+            slots: vec![NONE; bodies.len()],
+            ledger: Ledger::default(),
+            events: Events::default(),
+            worst: [None, None],
+            common,
+            tools,
+            bodies,
+        }
+    }
+
+    /// Takes the whole step; the islands hold its end.
+    pub fn run(&mut self) -> Result<(), Halt> {
+        self.begin()?;
+        while let Some(Reverse(entry)) = self.queue.pop() {
+            let moment = f64::from_bits(entry.moment);
+            match entry.kind {
+                Kind::Ends(island) => {
+                    if self.islands[island].is_some() {
+                        self.meet(moment, &[island], Vec::new())?;
+                    }
+                }
+                Kind::Meets(pair, id) if self.versions[pair] == entry.version => {
+                    self.arrive(moment, pair, id)?;
+                }
+                Kind::Meets(..) => {}
+            }
+        }
+        self.finish()
+    }
+
+    /// Lays out the first flows: of the sets of bodies that touch at the step's start.
+    fn begin(&mut self) -> Result<(), Halt> {
+        let mut all: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
+        let mut sets = Partition::default();
+        sets.reset(self.bodies.len());
+        let mut points = Vec::new();
+        for &(a, b) in &self.common.candidates.pairs {
+            if self.bodies.is_dynamic(a) && self.bodies.is_dynamic(b) && self.touch_at(a, b, 0.0, &mut points)
+            {
+                sets.join(a, b);
+            }
+        }
+        all.sort_by_key(|&i| (sets.root(i), i));
+        for set in all.chunk_by(|&i, &j| sets.root(i) == sets.root(j)) {
+            let mut at = self.gather(set, 0.0);
+            at.project(&mut self.tools)?;
+            self.lay_out(at, 0.0, 0, 0)?;
+        }
+        for pair in 0..self.common.candidates.pairs.len() {
+            self.foresee(pair, 0.0);
+        }
+        Ok(())
+    }
+
+    /// True when two bodies touch at a moment of their ways.
+    fn touch_at(
+        &self,
+        a: usize,
+        b: usize,
+        moment: f64,
+        points: &mut Vec<carom_geometry::ContactPoint<S>>,
+    ) -> bool {
+        let (da, db) = (&self.bodies.data[a], &self.bodies.data[b]);
+        let (Some(ca), Some(cb)) = (&da.collider, &db.collider) else { return false };
+        points.clear();
+        let place = |i: usize| {
+            let s = self.ways[i].at(moment);
+            let center = s.rotation.rotate(self.bodies.data[i].mass_properties.center);
+            carom_math::Pose::new(s.position - center, s.rotation)
+        };
+        S::contacts(ca, &place(a), cb, &place(b), self.common.limits.touching(da, db), points);
+        !points.is_empty()
+    }
+
+    /// Movable bodies that are at a moment, and the obstacles near them, as a set of their own.
+    fn gather(&mut self, movers: &[usize], moment: f64) -> Together<'a, S> {
+        let candidates = self.common.candidates;
+        let mut members = movers.to_vec();
+        for &i in movers {
+            for &p in candidates.of_body(i) {
+                let (a, b) = candidates.pairs[p];
+                members.extend([a, b].into_iter().filter(|&k| !self.bodies.is_dynamic(k)));
+            }
+        }
+        members.sort_unstable();
+        members.dedup();
+        for (slot, &i) in members.iter().enumerate() {
+            self.slots[i] = slot;
+        }
+        let mut pairs: Vec<usize> = Vec::new();
+        for &i in movers {
+            let mine = candidates.of_body(i).iter().copied();
+            pairs.extend(mine.filter(|&p| {
+                let (a, b) = candidates.pairs[p];
+                self.slots[a] != NONE && self.slots[b] != NONE
+            }));
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let local = |p: &usize| {
+            let (a, b) = candidates.pairs[*p];
+            (self.slots[a], self.slots[b])
+        };
+        let pairs: Vec<(usize, usize)> = pairs.iter().map(local).collect();
+        for &i in &members {
+            self.slots[i] = NONE;
+        }
+        let mut own = self.bodies.some(&members);
+        for (k, &i) in members.iter().enumerate() {
+            if !self.bodies.is_dynamic(i) {
+                let s = self.ways[i].at(moment);
+                (own.motion.position[k], own.motion.rotation[k]) = (s.position, s.rotation);
+            }
+        }
+        let common = self.common;
+        Together {
+            settings: common.settings,
+            bodies: own,
+            pairs,
+            wrenches: members.iter().map(|&i| common.wrenches[i]).collect(),
+            reaches: members.iter().map(|&i| common.reaches[i]).collect(),
+            members,
+            limits: &common.limits,
+            time: common.time,
+            ledger: Ledger::default(),
+            events: Events::default(),
+            pressed: None,
+            warm: common.warm,
+            forces: None,
+            last: LastFlow::default(),
+            worst: [None, None],
+            points: Vec::new(),
+        }
+    }
+
+    /// Strikes a set at a moment, splits it into islands, and lays out their flows.
+    fn lay_out(
+        &mut self,
+        mut at: Together<'a, S>,
+        moment: f64,
+        events: usize,
+        stops: usize,
+    ) -> Result<(), Halt> {
+        let touches = at.touches();
+        at.strike(&touches, &mut self.tools)?;
+        self.keep(&at);
+        let active = at.persisting(&touches);
+        let islands = split(&at, &active);
+        if let [_] = islands.as_slice() {
+            return self.flow(at, active, moment, events, stops);
+        }
+        for movers in &islands {
+            let world: Vec<usize> = movers.iter().map(|&k| at.members[k]).collect();
+            let mut part = self.gather(&world, moment);
+            part.pressed.clone_from(&at.pressed);
+            part.forces.clone_from(&at.forces);
+            let mine = active.of(&at.members, &part.members);
+            self.flow(part, mine, moment, events, stops)?;
+        }
+        Ok(())
+    }
+
+    /// Takes over what has been done with a set: its motion, its lines, its reports.
+    fn keep(&mut self, at: &Together<S>) {
+        for (k, &i) in at.members.iter().enumerate() {
+            if self.bodies.is_dynamic(i) {
+                self.bodies.motion.position[i] = at.bodies.motion.position[k];
+                self.bodies.motion.rotation[i] = at.bodies.motion.rotation[k];
+                self.bodies.motion.set_twist(i, &at.bodies.motion.twist(k));
+            }
+        }
+        self.ledger.add(&at.ledger);
+        self.events.add(&at.events);
+        for (mine, theirs) in self.worst.iter_mut().zip(&at.worst) {
+            *mine = SchemeReport::worse(mine.take(), theirs.clone());
+        }
+    }
+
+    /// Lays out the flow of an island from a moment on.
+    fn flow(
+        &mut self,
+        mut at: Together<'a, S>,
+        active: Active<S>,
+        moment: f64,
+        events: usize,
+        stops: usize,
+    ) -> Result<(), Halt> {
+        let limits = &self.common.limits;
+        at.forget();
+        let rest = limits.dt - moment;
+        let mut time = rest.min(longest_flow(&at));
+        let stick = if stops < limits.slip_stops { Stick::Mean } else { Stick::End };
+        let before = at.pressed.clone();
+        let start = at.save();
+        at.flow(time, &active.touches, &active.fresh, stick, &mut self.tools)?;
+        let mut stopping = false;
+        if stick == Stick::Mean {
+            if let Some(stop) = at.first_stop(&start, &active, time, &mut self.tools)? {
+                at.restore(&start);
+                at.flow(stop, &active.touches, &active.fresh, stick, &mut self.tools)?;
+                (time, stopping) = (stop, true);
+            }
+        }
+        let until = if rest - time <= OVER * limits.dt { limits.dt } else { moment + time };
+        let number = self.islands.len();
+        for (k, &i) in at.members.iter().enumerate() {
+            if self.bodies.is_dynamic(i) {
+                let (s, e) = (state(start.motion(), k), state(&at.bodies.motion, k));
+                self.ways[i] = Way::between(moment, moment + time, &s, &e, self.bodies.data[i].turning_arm);
+                self.island_of[i] = number;
+            }
+        }
+        if until < limits.dt {
+            let moment = until.to_bits();
+            self.queue.push(Reverse(Entry { moment, kind: Kind::Ends(number), version: 0 }));
+        }
+        let [worst, _] = at.worst;
+        self.islands.push(Some(Island {
+            begin: moment,
+            until,
+            start: start.into_motion(),
+            end: at.bodies.motion,
+            members: at.members,
+            active,
+            stick,
+            before,
+            ledger: at.ledger,
+            worst,
+            forces: at.forces,
+            pressed: at.pressed,
+            last: at.last,
+            events,
+            stops,
+            stopping,
+        }));
+        Ok(())
+    }
+
+    /// Looks for the next arrival of a pair from a moment on.
+    fn foresee(&mut self, pair: usize, moment: f64) {
+        self.versions[pair] += 1;
+        let (a, b) = self.common.candidates.pairs[pair];
+        let island = |i: usize| self.islands.get(self.island_of[i]).and_then(Option::as_ref);
+        let (one, other) = (island(a), island(b));
+        let until = |island: Option<&Island<S>>| island.map_or(self.common.limits.dt, |i| i.until);
+        let mover = one.or(other);
+        let search = Search {
+            pair: (a, b),
+            from: moment,
+            until: until(one).min(until(other)),
+            bodies: self.bodies,
+            ways: &self.ways,
+            limits: &self.common.limits,
+            ignored: mover.map_or(&[], |i| i.active.names.as_slice()),
+        };
+        if let Some((moment, id)) = self.tools.arrivals.first(&search) {
+            let (moment, version) = (moment.to_bits(), self.versions[pair]);
+            self.queue.push(Reverse(Entry { moment, kind: Kind::Meets(pair, id), version }));
+        }
+    }
+
+    /// A contact is due: finds the very moment at which its gap closes on the islands' own flows, and lets them meet.
+    fn arrive(&mut self, due: f64, pair: usize, id: u64) -> Result<(), Halt> {
+        self.events.arrivals += 1;
+        let (a, b) = self.common.candidates.pairs[pair];
+        let mut islands: Vec<usize> =
+            [a, b].iter().map(|&i| self.island_of[i]).filter(|&k| k != NONE).collect();
+        islands.sort_unstable();
+        islands.dedup();
+        let mut moment = due;
+        let mut ready = Vec::new();
+        for _ in 0..CORRECTIONS {
+            ready.clear();
+            if islands.iter().all(|&k| self.flies(k)) {
+                break; // the way was exact
+            }
+            for &k in &islands {
+                ready.push((k, self.at_moment(k, moment)?));
+            }
+            let Some((gap, speed)) = self.gap_between(moment, &ready, (a, b), id) else { break };
+            let limits = &self.common.limits;
+            if gap.abs() <= limits.arrived || speed >= -limits.still_speed {
+                break;
+            }
+            let latest = islands.iter().map(|&k| self.island(k).until).fold(f64::INFINITY, f64::min);
+            let earliest = islands.iter().map(|&k| self.island(k).begin).fold(0.0, f64::max);
+            let next = (moment - gap / speed).clamp(earliest, latest);
+            if next == moment {
+                break;
+            }
+            ready.clear();
+            moment = next;
+        }
+        self.meet(moment, &islands, ready)
+    }
+
+    fn island(&self, k: usize) -> &Island<S> {
+        self.islands[k].as_ref().expect("an island in use")
+    }
+
+    /// True for islands whose ways are exact: without contacts, and nothing that tumbles.
+    fn flies(&self, k: usize) -> bool {
+        let island = self.island(k);
+        let steady = |&i: &usize| !self.bodies.is_dynamic(i) || self.bodies.data[i].turning_arm == 0.0;
+        island.active.touches.is_empty() && island.members.iter().all(steady)
+    }
+
+    /// Gap and normal velocity of a contact between islands brought to a moment; `None` when it is not there.
+    fn gap_between(
+        &mut self,
+        moment: f64,
+        islands: &[(usize, Together<'a, S>)],
+        (a, b): (usize, usize),
+        id: u64,
+    ) -> Option<(f64, f64)> {
+        let mut states = [self.ways[a].at(moment), self.ways[b].at(moment)];
+        for (_, at) in islands {
+            for (s, body) in states.iter_mut().zip([a, b]) {
+                if let Some(slot) = at.members.iter().position(|&m| m == body && self.bodies.is_dynamic(m)) {
+                    *s = state(&at.bodies.motion, slot);
+                }
+            }
+        }
+        let mut two = self.gather_pair(a, b, &states);
+        let mut near = Vec::new();
+        let margin = self.common.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
+        two.find((0, 1), margin, &mut near);
+        let found = near.iter().find(|t| t.id == id);
+        found.map(|t| (t.gap, normal_velocity(&two.bodies, t)))
+    }
+
+    fn gather_pair(&mut self, a: usize, b: usize, states: &[State<S>; 2]) -> Together<'a, S> {
+        let mut two = self.gather(&[], 0.0);
+        two.bodies = self.bodies.some(&[a, b]);
+        for (k, s) in states.iter().enumerate() {
+            two.bodies.motion.position[k] = s.position;
+            two.bodies.motion.rotation[k] = s.rotation;
+            two.bodies.motion.velocity[k] = s.velocity;
+            two.bodies.motion.angular_velocity[k] = s.spin;
+        }
+        two
+    }
+
+    /// An island brought to a moment of its flow.
+    fn at_moment(&mut self, k: usize, moment: f64) -> Result<Together<'a, S>, Halt> {
+        let island = self.islands[k].take().expect("an island in use");
+        let movers: Vec<usize> =
+            island.members.iter().copied().filter(|&i| self.bodies.is_dynamic(i)).collect();
+        let mut at = self.gather(&movers, island.begin);
+        at.bodies.motion.copy_from(&island.start);
+        at.pressed.clone_from(&island.before);
+        let done = if moment >= island.until {
+            at.bodies.motion.copy_from(&island.end);
+            at.ledger = island.ledger;
+            at.worst[0].clone_from(&island.worst);
+            at.pressed.clone_from(&island.pressed);
+            at.forces.clone_from(&island.forces);
+            at.last = island.last.clone();
+            Ok(())
+        } else if moment > island.begin {
+            at.forces.clone_from(&island.forces);
+            let active = &island.active;
+            at.flow(moment - island.begin, &active.touches, &active.fresh, island.stick, &mut self.tools)
+        } else {
+            Ok(())
+        };
+        self.islands[k] = Some(island);
+        done.map(|()| at)
+    }
+
+    /// Brings islands to a moment, with those that touch them, strikes them as one, and lays them out anew.
+    fn meet(
+        &mut self,
+        moment: f64,
+        islands: &[usize],
+        mut ready: Vec<(usize, Together<'a, S>)>,
+    ) -> Result<(), Halt> {
+        let mut movers: Vec<usize> = Vec::new();
+        let mut pressed: Vec<u64> = Vec::new();
+        let mut forces = WarmStart::default();
+        let mut any = false;
+        let (mut events, mut stops) = (0, 0);
+        let mut waiting: Vec<usize> = islands.to_vec();
+        let mut points = Vec::new();
+        while let Some(k) = waiting.pop() {
+            if self.islands[k].is_none() {
+                continue;
+            }
+            let at = match ready.iter().position(|r| r.0 == k) {
+                Some(r) => ready.swap_remove(r).1,
+                None => self.at_moment(k, moment)?,
+            };
+            self.keep(&at);
+            self.check_reach(&at)?;
+            let island = self.islands[k].take().expect("an island in use");
+            events = events.max(island.events + 1);
+            stops = stops.max(island.stops + usize::from(island.stopping && moment >= island.until));
+            self.events.slip_stops += usize::from(island.stopping && moment >= island.until);
+            any |= at.pressed.is_some();
+            pressed.extend(at.pressed.iter().flatten());
+            forces.take_over(at.forces.unwrap_or_default(), Vec::new());
+            let mine = at.members.iter().copied().filter(|&i| self.bodies.is_dynamic(i));
+            for i in mine {
+                movers.push(i);
+                // from here on it is where it is: its neighbours must see it there
+                let s = state(&self.bodies.motion, i);
+                self.ways[i] =
+                    Way::between(moment, self.common.limits.dt.max(moment + f64::MIN_POSITIVE), &s, &s, 0.0);
+                for &p in self.common.candidates.of_body(i) {
+                    let (a, b) = self.common.candidates.pairs[p];
+                    let other = if a == i { b } else { a };
+                    let k = self.island_of[other];
+                    if self.bodies.is_dynamic(other)
+                        && self.islands[k].is_some()
+                        && self.touch_at(a, b, moment, &mut points)
+                    {
+                        waiting.push(k);
+                    }
+                }
+            }
+        }
+        movers.sort_unstable();
+        let capped = events > self.common.limits.cap(movers.len());
+        if capped {
+            return self.cut_short(moment, &movers);
+        }
+        let mut at = self.gather(&movers, moment);
+        if any {
+            pressed.sort_unstable();
+            forces.sort();
+            (at.pressed, at.forces) = (Some(pressed), Some(forces));
+        }
+        self.lay_out(at, moment, events, stops)?;
+        self.foresee_all(&movers, moment);
+        Ok(())
+    }
+
+    /// Looks for the next arrivals of some bodies.
+    fn foresee_all(&mut self, movers: &[usize], moment: f64) {
+        let candidates = self.common.candidates;
+        let mut pairs: Vec<usize> = movers.iter().flat_map(|&i| candidates.of_body(i)).copied().collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        for pair in pairs {
+            self.foresee(pair, moment);
+        }
+    }
+
+    /// Takes the rest of the step at once for all bodies that some may meet, directly or through others.
+    fn cut_short(&mut self, moment: f64, movers: &[usize]) -> Result<(), Halt> {
+        let candidates = self.common.candidates;
+        let mut all = movers.to_vec();
+        let mut inside = vec![false; self.bodies.len()];
+        movers.iter().for_each(|&i| inside[i] = true);
+        let mut next = 0;
+        while next < all.len() {
+            let i = all[next];
+            next += 1;
+            let k = self.island_of[i];
+            if self.islands[k].is_some() {
+                let at = self.at_moment(k, moment)?;
+                self.keep(&at);
+                let island = self.islands[k].take().expect("an island in use");
+                for &m in island.members.iter().filter(|&&m| self.bodies.is_dynamic(m)) {
+                    if !std::mem::replace(&mut inside[m], true) {
+                        all.push(m);
+                    }
+                }
+            }
+            for &p in candidates.of_body(i) {
+                let (a, b) = candidates.pairs[p];
+                let other = if a == i { b } else { a };
+                if self.bodies.is_dynamic(other) && !std::mem::replace(&mut inside[other], true) {
+                    all.push(other);
+                }
+            }
+        }
+        all.sort_unstable();
+        let mut at = self.gather(&all, moment);
+        let start = at.bodies.motion.clone();
+        at.fall_back(self.common.limits.dt - moment, &mut self.tools)?;
+        self.check_reach(&at)?;
+        let dt = self.common.limits.dt;
+        let number = self.islands.len();
+        for (k, &i) in at.members.iter().enumerate() {
+            if self.bodies.is_dynamic(i) {
+                let (s, e) = (state(&start, k), state(&at.bodies.motion, k));
+                self.ways[i] = Way::between(moment, dt.max(moment + f64::MIN_POSITIVE), &s, &e, 0.0);
+                self.island_of[i] = number;
+                for &p in candidates.of_body(i) {
+                    self.versions[p] += 1;
+                }
+            }
+        }
+        self.events.add(&at.events);
+        self.events.capped += 1;
+        let [worst, _] = at.worst;
+        self.islands.push(Some(Island {
+            begin: moment,
+            until: dt,
+            start,
+            end: at.bodies.motion,
+            members: at.members,
+            active: Active { touches: Vec::new(), names: Vec::new(), fresh: Vec::new() },
+            stick: Stick::Mean,
+            before: None,
+            ledger: at.ledger,
+            worst,
+            forces: None,
+            pressed: at.pressed,
+            last: at.last,
+            events: 0,
+            stops: 0,
+            stopping: false,
+        }));
+        Ok(())
+    }
+
+    /// All islands are at the step's end: overlaps are removed, and everything is taken over.
+    fn finish(&mut self) -> Result<(), Halt> {
+        for k in 0..self.islands.len() {
+            if self.islands[k].is_some() {
+                let at = self.at_moment(k, self.common.limits.dt)?;
+                self.check_reach(&at)?;
+                self.keep(&at);
+            }
+        }
+        let movers: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
+        let mut deep = vec![false; self.bodies.len()];
+        self.overlapping(&mut deep);
+        if deep.contains(&true) {
+            let mut at = self.gather(&movers, self.common.limits.dt);
+            at.project(&mut self.tools)?;
+            self.keep(&at);
+        }
+        Ok(())
+    }
+
+    /// Marks the bodies that overlap beyond the limits at the step's end.
+    fn overlapping(&self, deep: &mut [bool]) {
+        let mut points = Vec::new();
+        let end = self.common.limits.dt;
+        for &(a, b) in &self.common.candidates.pairs {
+            let (da, db) = (&self.bodies.data[a], &self.bodies.data[b]);
+            let (Some(ca), Some(cb)) = (&da.collider, &db.collider) else { continue };
+            points.clear();
+            let place = |i: usize| {
+                if self.bodies.is_dynamic(i) {
+                    return self.bodies.shape_pose(i);
+                }
+                let s = self.ways[i].at(end);
+                carom_math::Pose::new(s.position, s.rotation)
+            };
+            S::contacts(ca, &place(a), cb, &place(b), 0.0, &mut points);
+            if points.iter().any(|p| -p.gap > self.common.limits.overlap(da, db)) {
+                (deep[a], deep[b]) = (true, true);
+            }
+        }
+    }
+
+    /// Refuses to go on when a body has left its reach.
+    fn check_reach(&self, at: &Together<S>) -> Result<(), Halt> {
+        let (m, origin) = (&at.bodies.motion, &self.common.origin);
+        for (k, &i) in at.members.iter().enumerate() {
+            let d = &self.bodies.data[i];
+            if d.collider.is_none() || !self.bodies.is_dynamic(i) {
+                continue;
+            }
+            let mut way = (m.position[k] - origin.position[i]).norm();
+            if d.turning_arm > 0.0 && m.rotation[k] != origin.rotation[i] {
+                let turn = origin.rotation[i].inverse().then(&m.rotation[k]).vector().norm();
+                way += d.turning_arm * turn;
+            }
+            if way > self.common.reaches[i] + self.common.limits.touching(d, d) {
+                return Err(Halt::Outgrown(i));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn state<S: Geometry>(m: &Motion<S>, i: usize) -> State<S> {
+    State {
+        position: m.position[i],
+        rotation: m.rotation[i],
+        velocity: m.velocity[i],
+        spin: m.angular_velocity[i],
+    }
+}
+
+/// How long a flow may be for its ways to be found \[s\].
+fn longest_flow<S: Geometry>(at: &Together<S>) -> f64 {
+    if at.pairs.is_empty() {
+        return f64::INFINITY;
+    }
+    let m = &at.bodies.motion;
+    let turning = (0..at.bodies.len()).filter(|&i| at.bodies.data[i].turning_arm > 0.0);
+    let fastest = turning.map(|i| m.angular_velocity[i].norm()).fold(0.0, f64::max);
+    if fastest > 0.0 { TURN / fastest } else { f64::INFINITY }
+}
+
+/// The movable bodies of a set, island by island.
+fn split<S: Geometry>(at: &Together<S>, active: &Active<S>) -> Vec<Vec<usize>> {
+    let mut sets = Partition::default();
+    sets.reset(at.bodies.len());
+    for t in &active.touches {
+        if at.bodies.is_dynamic(t.a) && at.bodies.is_dynamic(t.b) {
+            sets.join(t.a, t.b);
+        }
+    }
+    let mut all: Vec<usize> = (0..at.bodies.len()).filter(|&i| at.bodies.is_dynamic(i)).collect();
+    all.sort_by_key(|&i| (sets.root(i), i));
+    all.chunk_by(|&i, &j| sets.root(i) == sets.root(j)).map(<[usize]>::to_vec).collect()
+}
