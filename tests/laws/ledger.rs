@@ -67,11 +67,15 @@ pub fn the_ledger_closes_for_every_integrator_and_correction<S: Dimension>() {
 }
 
 pub fn the_ledger_closes_for_every_law_and_solver<S: Dimension>() {
-    for impact in [ImpactLaw::Newton, ImpactLaw::Sequential] {
+    for impact in ImpactLaw::ALL {
         for friction_law in [FrictionLaw::Disc, FrictionLaw::Box] {
             for solver in [SolverKind::Sequential, SolverKind::Pgs, SolverKind::PgsMatrix] {
-                let worst =
-                    worst_closure(Settings::<S> { impact, friction_law, solver, ..Settings::default() });
+                let worst = worst_closure(Settings::<S> {
+                    impact: Some(impact),
+                    friction_law,
+                    solver,
+                    ..Settings::default()
+                });
                 at_most(
                     worst,
                     1e-12,
@@ -110,8 +114,8 @@ pub fn each_line_of_a_simple_run_is_what_it_says<S: Dimension>() {
 /// Theory section 6.3, what is healthy: friction and impacts take energy, position correction of a heap that falls
 /// without overlap hardly gives any.
 pub fn friction_and_impacts_only_take_energy<S: Dimension>() {
-    for impact in [ImpactLaw::Newton, ImpactLaw::Sequential] {
-        let mut w = heap::<S>(Settings { impact, ..exact(1.0 / 240.0) });
+    for impact in ImpactLaw::ALL {
+        let mut w = heap::<S>(Settings { impact: Some(impact), ..exact(1.0 / 240.0) });
         let whole = w.energy().total();
         let check = |r: &StepReport<S>| {
             let l = r.ledger;
@@ -147,9 +151,13 @@ pub fn persistent_contacts_do_no_normal_work_on_flat_ground<S: Dimension>() {
 
 /// Item 24's trap: bodies of unlike restitution and friction in one heap of impacts.
 pub fn impacts_with_unlike_restitution_do_not_make_energy<S: Dimension>() {
-    for impact in [ImpactLaw::Newton, ImpactLaw::Sequential] {
-        let settings =
-            Settings { impact, restitution_mixing: Mixing::Max, friction_mixing: Mixing::Max, ..exact(2e-3) };
+    for impact in ImpactLaw::ALL {
+        let settings = Settings {
+            impact: Some(impact),
+            restitution_mixing: Mixing::Max,
+            friction_mixing: Mixing::Max,
+            ..exact(2e-3)
+        };
         let mut w = world::<S>(Settings { gravity: S::Vector::ZERO, ..settings });
         let mut dice = Dice(99);
         for k in 0..25 {
@@ -223,8 +231,14 @@ pub fn an_isolated_system_keeps_its_momenta<S: Dimension>() {
         {
             let position_correction = PositionCorrection::None;
             let dt = 1.0 / 240.0;
-            let settings =
-                Settings { dt, integrator, impact, iterations, position_correction, ..Settings::default() };
+            let settings = Settings {
+                dt,
+                integrator,
+                impact: Some(impact),
+                iterations,
+                position_correction,
+                ..Settings::default()
+            };
             let mut w = brawl::<S>(settings, 16);
             let (of_p, of_l) = leaks(&mut w, 1.0);
             let what = format!("{integrator:?}, {impact:?}, {iterations} sweeps [1]");

@@ -55,7 +55,7 @@ fn tumbling_block<S: Dimension>() -> World<S> {
 
 /// Balls that fall on each other between walls.
 fn falling_balls<S: Dimension>() -> World<S> {
-    let mut w = world::<S>(Settings { impact: ImpactLaw::Sequential, ..exact(1.0 / 240.0) });
+    let mut w = world::<S>(Settings { impact: Some(ImpactLaw::Sequential), ..exact(1.0 / 240.0) });
     add_floor(&mut w, 0.4, 0.0);
     for side in [1.0, -1.0] {
         let wall = BodySpec::fixed(S::wall(S::at(side, 0.0))).at(S::at(-0.4 * side, 0.0));

@@ -13,7 +13,7 @@ use carom::{
 /// # Errors
 /// None is known; those of building a world.
 pub fn cradle<S: Stage>(count: usize) -> Result<World<S>, BuildError> {
-    let settings = Settings { impact: ImpactLaw::Sequential, ..weightless::<S>(1.0 / 240.0) };
+    let settings = Settings { impact: Some(ImpactLaw::Sequential), ..weightless::<S>(1.0 / 240.0) };
     let mut world = World::new(settings)?;
     let radius = 0.05;
     let pitch = 2.0 * radius;

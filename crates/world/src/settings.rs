@@ -55,14 +55,41 @@ impl Default for EventSettings {
 }
 
 /// The impact laws: what a set of simultaneous collisions does to the velocities.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ImpactLaw {
+    /// Rounds of Newton's restitution at the contacts that approach: symmetric, and passes a blow on.
+    GeneralizedReflections,
     /// Newton's restitution at all contacts simultaneously: symmetric; shares a blow among all touching bodies.
-    #[default]
     Newton,
-    /// One collision after another in a fixed order: passes a blow on; not symmetric.
+    /// One collision after another, the fastest first: passes a blow on; not symmetric.
     Sequential,
+    /// Coulomb's law for a weighted mean of the velocities before and after: never gains energy, friction included;
+    /// restitution reverses a part of the slip too.
+    Moreau,
+    /// Compression, then restitution that gives back a share of compression's normal impulses.
+    Poisson,
+}
+
+impl ImpactLaw {
+    /// All of them.
+    pub const ALL: [ImpactLaw; 5] = [
+        ImpactLaw::GeneralizedReflections,
+        ImpactLaw::Newton,
+        ImpactLaw::Sequential,
+        ImpactLaw::Moreau,
+        ImpactLaw::Poisson,
+    ];
+    /// The name as users write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            ImpactLaw::GeneralizedReflections => "generalized_reflections",
+            ImpactLaw::Newton => "newton",
+            ImpactLaw::Sequential => "sequential",
+            ImpactLaw::Moreau => "moreau",
+            ImpactLaw::Poisson => "poisson",
+        }
+    }
 }
 
 /// What is done about overlap.
@@ -143,8 +170,8 @@ pub struct Settings<S: Space> {
     pub warm_start: bool,
     /// How friction is limited.
     pub friction_law: FrictionLaw,
-    /// The impact law.
-    pub impact: ImpactLaw,
+    /// The impact law; `None`: the scheme's own, see [`Settings::impact_law`].
+    pub impact: Option<ImpactLaw>,
     /// Impacts slower than this times |g| dt do not bounce \[1\]. Default 2: a resting body gains g dt in a step,
     /// so anything slower cannot be told from rest.
     pub rest_speed_factor: f64,
@@ -181,7 +208,7 @@ impl<S: Space> Default for Settings<S> {
             on_inaccurate: OnInaccurate::default(),
             warm_start: true,
             friction_law: FrictionLaw::default(),
-            impact: ImpactLaw::default(),
+            impact: None,
             rest_speed_factor: 2.0,
             position_correction: PositionCorrection::default(),
             correction_fraction: 0.05,
@@ -206,6 +233,15 @@ impl<S: Space> Settings<S> {
             Scheme::Events => SolverKind::Exact,
         };
         self.solver.unwrap_or(own)
+    }
+    /// The impact law of the run: the one asked for, or else the scheme's own.
+    pub fn impact_law(&self) -> ImpactLaw {
+        self.impact.unwrap_or(match self.scheme {
+            // a blow is shared in the step in which it falls, whatever the row is long
+            Scheme::FixedStep => ImpactLaw::Newton,
+            // rounds pass blows on, and do not jump where gaps close
+            Scheme::Events => ImpactLaw::GeneralizedReflections,
+        })
     }
     /// Checks every number.
     ///

@@ -1,79 +1,32 @@
 //! Impacts: what simultaneous collisions do to the velocities in no time, before gravity and loads act
-//! (theory chapter 4). The law is a choice of its own, apart from solver and friction law. Restitution acts on
-//! approaches faster than the rest speed k |g| h; slower ones end without bounce (the ledger's rest cut).
-//! A bounce sends its bodies on to others; rounds follow it within the step. Knows no loads and no clock.
+//! (theory chapter 4). The law is a choice of its own, apart from solver, friction law and scheme. Restitution acts on
+//! approaches faster than the rest speed; slower ones end without bounce (the ledger's rest cut). A bounce sends its
+//! bodies on to others, so rounds follow: as many as the step leaves time for, or until nothing approaches
+//! (`Thresholds::thorough`). Knows no loads and no clock.
 
 mod guard;
+mod moreau;
 mod newton;
+mod part;
+mod poisson;
+mod reflections;
 mod sequential;
+mod thresholds;
+
+pub use thresholds::{Role, Thresholds};
 
 use crate::assembly;
 use crate::bodies::Bodies;
-use crate::narrow_phase::{Touch, normal_velocity};
+use crate::impact::part::{Islands, Part};
+use crate::narrow_phase::Touch;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
 use crate::settings::{ImpactLaw, Settings};
 use carom_geometry::Geometry;
-use carom_solver::{
-    ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, Partition, Stop, Twist, Watch,
-};
+use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, Stop, Twist, Watch};
 
-/// Rounds of impacts within a step; a blow that runs through more bodies goes on in the next step.
+/// Rounds of impacts within a fixed step; a blow that runs through more bodies goes on in the next step.
 const ROUNDS: usize = 16;
-
-/// Speeds and lengths that tell kinds of contact apart, for one step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Thresholds {
-    /// Impacts slower than this do not bounce \[m/s\].
-    pub rest_speed: f64,
-    /// The same for elastic ones, restitution 1 \[m/s\].
-    pub elastic_rest_speed: f64,
-    /// Approaches slower than this are the solver's noise \[m/s\].
-    pub still_speed: f64,
-    /// Plastic approaches slower than this do not make an impact phase necessary \[m/s\].
-    pub call_speed: f64,
-    /// Gaps up to this count as touching \[m\].
-    pub touching: f64,
-    /// Length of the step \[s\].
-    pub dt: f64,
-}
-
-/// What a contact is to this step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// Arrives within the step, or touches already, and fast enough to bounce.
-    Bounces,
-    /// Ends its approach within the step without a bounce, or rests.
-    Holds,
-    /// Approaches fast enough to bounce, but arrives in a later step: left alone until then.
-    Pending,
-}
-
-impl Thresholds {
-    /// The role of a contact from its gap and normal velocity.
-    pub fn role(&self, gap: f64, normal_velocity: f64, restitution: f64) -> Role {
-        let rest_speed = if restitution >= 1.0 { self.elastic_rest_speed } else { self.rest_speed };
-        let fast = restitution > 0.0 && -normal_velocity > rest_speed.max(self.still_speed);
-        match (fast, gap <= self.touching || gap + self.dt * normal_velocity < 0.0) {
-            (true, true) => Role::Bounces,
-            (true, false) => Role::Pending,
-            _ => Role::Holds,
-        }
-    }
-    /// Normal velocity that closes a gap within the step and no more \[m/s\].
-    pub fn closing(&self, gap: f64) -> f64 {
-        -gap.max(0.0) / self.dt
-    }
-}
-
-/// What one touch is to one round.
-#[derive(Clone, Copy, Debug)]
-struct Part {
-    bounces: bool,
-    target: f64,
-    /// True when it makes the round necessary.
-    calls: bool,
-}
 
 /// Memory of the impact phase.
 pub struct Impacts<S: Geometry> {
@@ -85,6 +38,12 @@ pub struct Impacts<S: Geometry> {
     pub struck: Vec<usize>,
     /// Impulse of each of the step's touches over all rounds, in its contact frame.
     pub totals: Vec<Impulse<S>>,
+    /// Rounds that the last call of `resolve` took.
+    pub rounds: usize,
+    /// Islands that it gave Moreau's law to, because their own would have gained energy.
+    pub guarded: usize,
+    /// Times that its rounds did not end by themselves and what still approached was ended plastically.
+    pub ended_plastic: usize,
     /// Problem, impulses and indices of the later rounds.
     later: (ContactProblem<S>, Impulses<S>, Vec<usize>),
     after: Vec<Twist<S>>,
@@ -93,6 +52,8 @@ pub struct Impacts<S: Geometry> {
     parts: Vec<Option<Part>>,
     /// True for touches whose approach an earlier round of the step has resolved.
     resolved: Vec<bool>,
+    /// True for touches that a plastic round has held, and no bounce was since.
+    settled: Vec<bool>,
 }
 
 impl<S: Geometry> Default for Impacts<S> {
@@ -105,10 +66,14 @@ impl<S: Geometry> Default for Impacts<S> {
             problem,
             struck: Vec::new(),
             totals: Vec::new(),
+            rounds: 0,
+            guarded: 0,
+            ended_plastic: 0,
             after: Vec::new(),
             bounces: Vec::new(),
             parts: Vec::new(),
             resolved: Vec::new(),
+            settled: Vec::new(),
         }
     }
 }
@@ -132,33 +97,59 @@ impl<S: Geometry> Impacts<S> {
         watched: &mut Watched<S>,
         ledger: &mut Ledger,
     ) -> Option<SolveReport> {
-        self.resolved.clear();
-        self.resolved.resize(touches.len(), false);
-        self.struck.clear();
-        self.totals.clear();
-        self.totals.resize(touches.len(), Impulse::default());
+        let law = settings.impact_law();
+        let thorough = thresholds.thorough || law == ImpactLaw::GeneralizedReflections;
+        let most = match law {
+            ImpactLaw::Sequential => 1, // goes through all collisions by itself
+            _ if thorough => reflections::ROUNDS,
+            _ => ROUNDS,
+        };
+        let never = f64::INFINITY;
+        let no_bounce = Thresholds { rest_speed: never, elastic_rest_speed: never, ..*thresholds };
+        self.begin(touches.len());
         let mut report: Option<SolveReport> = None;
-        let mut round = 0;
-        while round < ROUNDS && self.is_called(bodies, touches, settings.impact, thresholds) {
-            if round == 1 {
+        loop {
+            let last = self.rounds == most;
+            if last && !thorough {
+                break;
+            }
+            let (law, limits) =
+                if last { (ImpactLaw::GeneralizedReflections, &no_bounce) } else { (law, thresholds) };
+            let done = if thorough { &self.settled } else { &self.resolved };
+            if !part::choose(bodies, touches, law, limits, done, &mut self.parts) {
+                break;
+            }
+            if self.rounds == 1 {
                 self.exchange();
             }
-            self.assemble(bodies, touches, settings);
-            let solved = self.strike(bodies, settings, thresholds, watched, ledger);
+            self.assemble(bodies, touches, law, settings);
+            let solved = self.strike(bodies, law, settings, limits, watched, ledger);
             let refused = matches!(solved.stop, Stop::Refused(_) | Stop::Interrupted);
             report = Some(match report {
                 Some(before) => joined(before, solved),
                 None => solved,
             });
-            round += 1;
-            if refused || settings.impact == ImpactLaw::Sequential {
-                break; // the sequential law has gone through all rounds by itself
+            self.rounds += 1;
+            self.ended_plastic += usize::from(last);
+            if refused || last {
+                break;
             }
         }
-        if round > 1 {
+        if self.rounds > 1 {
             self.exchange();
         }
         report
+    }
+
+    fn begin(&mut self, touches: usize) {
+        for marks in [&mut self.resolved, &mut self.settled] {
+            marks.clear();
+            marks.resize(touches, false);
+        }
+        self.struck.clear();
+        self.totals.clear();
+        self.totals.resize(touches, Impulse::default());
+        (self.rounds, self.guarded, self.ended_plastic) = (0, 0, 0);
     }
 
     /// True when a round of the step had this touch in its problem.
@@ -177,12 +168,13 @@ impl<S: Geometry> Impacts<S> {
     fn strike(
         &mut self,
         bodies: &mut Bodies<S>,
+        law: ImpactLaw,
         settings: &Settings<S>,
         thresholds: &Thresholds,
         watched: &mut Watched<S>,
         ledger: &mut Ledger,
     ) -> SolveReport {
-        let outcome = self.solve(settings, thresholds, watched);
+        let outcome = self.solve(law, settings, thresholds, watched);
         for (&k, g) in self.struck.iter().zip(&self.impulses.contacts) {
             self.totals[k].normal += g.normal;
             self.totals[k].tangent += g.tangent;
@@ -198,90 +190,60 @@ impl<S: Geometry> Impacts<S> {
 
     fn solve(
         &mut self,
+        law: ImpactLaw,
         settings: &Settings<S>,
         thresholds: &Thresholds,
         Watched { solver, watch }: &mut Watched<S>,
     ) -> Outcome {
         self.impulses.reset(&self.problem);
         let solve = settings.solve();
-        match settings.impact {
-            ImpactLaw::Newton => {
-                let outcome = newton::solve(&self.problem, &solve, *solver, &mut self.impulses, watch);
-                guard::apply(&self.problem, &self.bounces, &solve, *solver, &mut self.impulses);
-                outcome
+        let (problem, impulses) = (&self.problem, &mut self.impulses);
+        let outcome = match law {
+            ImpactLaw::Newton | ImpactLaw::GeneralizedReflections => {
+                newton::solve(problem, &solve, *solver, impulses, watch)
+            }
+            ImpactLaw::Poisson => poisson::solve(problem, &self.bounces, &solve, *solver, impulses, watch),
+            ImpactLaw::Moreau => {
+                return moreau::solve(problem, &self.bounces, &solve, *solver, impulses, watch);
             }
             ImpactLaw::Sequential => {
-                sequential::solve(&self.problem, thresholds, &solve, &mut self.bounces, &mut self.impulses)
+                let (outcome, ended_plastic) =
+                    sequential::solve(problem, thresholds, &solve, &mut self.bounces, impulses);
+                self.ended_plastic += usize::from(ended_plastic);
+                return outcome;
             }
-        }
+        };
+        self.guarded += guard::apply(&self.problem, &self.bounces, &solve, *solver, &mut self.impulses);
+        outcome
     }
 
     /// The impact problem of the present velocities, on the islands where something calls for one.
-    fn assemble(&mut self, bodies: &Bodies<S>, touches: &[Touch<S>], settings: &Settings<S>) {
-        let pairs = touches.iter().zip(&self.parts).filter(|(_, p)| p.is_some()).map(|(t, _)| (t.a, t.b));
-        let mut islands = Partition::default();
-        islands.reset(bodies.len());
-        let joins = |&(a, b): &(usize, usize)| bodies.is_dynamic(a) && bodies.is_dynamic(b);
-        pairs.filter(joins).for_each(|(a, b)| islands.join(a, b));
-        // an obstacle belongs to no island: a contact is where its body that moves is
-        let mover = |t: &Touch<S>| if bodies.is_dynamic(t.a) { t.a } else { t.b };
-        let mut called = vec![false; bodies.len()];
-        for (t, p) in touches.iter().zip(&self.parts) {
-            if p.is_some_and(|p| p.calls) {
-                called[islands.root(mover(t))] = true;
-            }
-        }
+    fn assemble(&mut self, bodies: &Bodies<S>, touches: &[Touch<S>], law: ImpactLaw, settings: &Settings<S>) {
+        let mut islands = Islands::of(bodies, touches, &self.parts);
+        let called = islands.where_any(bodies, touches, &self.parts, |p| p.calls);
+        let bouncing = islands.where_any(bodies, touches, &self.parts, |p| p.bounces);
+        // these laws let a contact bounce that a blow presses, whether it approached or not
+        let bounce_together = matches!(law, ImpactLaw::Moreau | ImpactLaw::Poisson);
         assembly::begin(&mut self.problem, bodies, settings.friction_law);
         self.bounces.clear();
         self.struck.clear();
+        if bouncing.contains(&true) {
+            self.settled.fill(false);
+        }
         for (k, t) in touches.iter().enumerate() {
-            let Some(part) = self.parts[k].filter(|_| called[islands.root(mover(t))]) else { continue };
+            let root = islands.root(bodies, t);
+            let Some(part) = self.parts[k].filter(|_| called[root]) else { continue };
             self.problem.contacts.push(assembly::contact(bodies, t, part.target));
             // one collision after another exchanges no moments: the law of the notes
-            if settings.impact == ImpactLaw::Newton {
+            if law != ImpactLaw::Sequential {
                 assembly::resist(&mut self.problem, t);
             }
-            self.bounces.push(part.bounces);
+            let together = bounce_together && bouncing[root] && t.restitution > 0.0;
+            self.bounces.push(part.bounces || together);
             self.struck.push(k);
             self.resolved[k] = true;
+            self.settled[k] = !bouncing[root];
         }
-    }
-
-    /// Sets who takes part: contacts that approach, and those that touch and would feel it. Contacts that separate
-    /// stay out where something bounces, for asking them to stop separating would make energy (theory eq. 4.23).
-    /// True when anything calls for a round.
-    fn is_called(
-        &mut self,
-        bodies: &Bodies<S>,
-        touches: &[Touch<S>],
-        law: ImpactLaw,
-        limits: &Thresholds,
-    ) -> bool {
-        self.parts.clear();
-        let mut bouncing = false;
-        for (t, resolved) in touches.iter().zip(&self.resolved) {
-            let u = normal_velocity(bodies, t);
-            let role = limits.role(t.gap, u, t.restitution);
-            let bounces = role == Role::Bounces;
-            let target = if bounces { -t.restitution * u } else { limits.closing(t.gap) };
-            let approaches = u < target.min(0.0) - limits.still_speed;
-            // slower ones leave an overlap of h u/2 at most, which the kick stops and the correction closes
-            let calls =
-                bounces || (role == Role::Holds && u < target.min(0.0) - limits.call_speed && !resolved);
-            // an elastic contact that is open waits for its own approach; all others feel their neighbours at once
-            let feels = t.restitution == 0.0 || t.gap <= limits.touching || law == ImpactLaw::Sequential;
-            let takes_part =
-                bounces || law == ImpactLaw::Sequential || (role == Role::Holds && (approaches || feels));
-            bouncing |= bounces;
-            self.parts.push(takes_part.then_some(Part { bounces, target, calls }));
-        }
-        if bouncing && law == ImpactLaw::Newton {
-            for (t, part) in touches.iter().zip(&mut self.parts) {
-                let separates = normal_velocity(bodies, t) > limits.still_speed;
-                *part = part.filter(|_| !separates);
-            }
-        }
-        self.parts.iter().flatten().any(|p| p.calls)
     }
 
     fn book(&self, bodies: &Bodies<S>, ledger: &mut Ledger) {

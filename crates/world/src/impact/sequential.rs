@@ -11,14 +11,15 @@ use carom_solver::{ContactProblem, Impulses, Outcome, SolveSettings};
 /// Collisions per contact that may bounce; after them every collision is plastic, which ends.
 const BOUNCING: usize = 200;
 
-/// Resolves collisions one by one; `bounced` says afterwards which contacts bounced at least once.
+/// Resolves collisions one by one; `bounced` says afterwards which contacts bounced at least once. Returns also
+/// whether bounces did not end by themselves.
 pub fn solve<S: Space>(
     problem: &ContactProblem<S>,
     limits: &Thresholds,
     settings: &SolveSettings,
     bounced: &mut [bool],
     impulses: &mut Impulses<S>,
-) -> Outcome {
+) -> (Outcome, bool) {
     let mut prepared = Prepared::of(problem);
     let mut velocities = problem.velocities.clone();
     let contacts = problem.contacts.len();
@@ -54,5 +55,6 @@ pub fn solve<S: Space>(
         collide(c, &mut impulses.contacts[k], problem.friction_law, &mut velocities);
         collisions += 1;
     }
-    judged_by_approach(collisions, left, settings.tolerance.max(limits.still_speed))
+    let outcome = judged_by_approach(collisions, left, settings.tolerance.max(limits.still_speed));
+    (outcome, collisions > most_bounces)
 }

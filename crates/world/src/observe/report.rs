@@ -51,6 +51,12 @@ pub struct Events {
     pub arrivals: usize,
     /// Impact phases.
     pub impacts: usize,
+    /// Rounds of the impact law.
+    pub rounds: usize,
+    /// Islands of impacts that the energy guard gave Moreau's law to.
+    pub guarded: usize,
+    /// Impact phases whose rounds did not end by themselves and were ended plastically.
+    pub ended_plastic: usize,
     /// Stops of slipping contacts found within the step.
     pub slip_stops: usize,
     /// Sets of bodies that reached their cap of events and took the rest of the step at once.
@@ -70,6 +76,9 @@ impl Events {
     pub fn add(&mut self, o: &Events) {
         self.arrivals += o.arrivals;
         self.impacts += o.impacts;
+        self.rounds += o.rounds;
+        self.guarded += o.guarded;
+        self.ended_plastic += o.ended_plastic;
         self.slip_stops += o.slip_stops;
         self.capped += o.capped;
         self.fallbacks += o.fallbacks;

@@ -86,6 +86,7 @@ pub fn thresholds<S: Geometry>(settings: &Settings<S>, bodies: &Bodies<S>, dt: f
         call_speed: settings.tolerance.max(CALL * speed),
         touching: 1e-9 * smallest_extent(bodies).unwrap_or(0.0),
         dt,
+        thorough: false,
     }
 }
 

@@ -90,6 +90,7 @@ impl<S: Geometry> Together<'_, S> {
             call_speed: limits.still_speed,
             touching: f64::MAX,
             dt: limits.dt,
+            thorough: true,
         };
         let mut settings = self.settings.clone();
         settings.tolerance = limits.tolerance;
@@ -102,6 +103,9 @@ impl<S: Geometry> Together<'_, S> {
             &mut watched,
             &mut self.ledger,
         );
+        self.events.rounds += tools.impacts.rounds;
+        self.events.guarded += tools.impacts.guarded;
+        self.events.ended_plastic += tools.impacts.ended_plastic;
         match report {
             Some(mut report) => {
                 report.worst = report.worst.map(|(a, b)| (self.members[a], self.members[b]));
