@@ -4,10 +4,11 @@
 //! solver has the velocities v- + v+ without impulses, twice the mean: its end velocities are u- + u+. Places and
 //! velocities depend on each other over xbar; rounds of both settle at once on flat ground.
 
+use super::limits::Limits;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
 use crate::integrate::turn_freely;
-use crate::narrow_phase::Touch;
+use crate::narrow_phase::{Touch, normal_velocity};
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
 use carom_solver::{ContactProblem, Impulses, Twist};
@@ -20,6 +21,16 @@ const SAME_NORMAL: f64 = 3e-15;
 const SAME_ARM: f64 = 1e-13;
 /// Cosine below which a contact of the same name counts as another one \[1\].
 const ONE_SIDE: f64 = 0.7;
+
+/// Part of a contact's normal velocity that its way may make where it flips \[1\].
+const FLIP: f64 = 0.1;
+
+/// True for a contact that comes in with a normal velocity which the mean-velocity law throws back, as it would for
+/// ever: it holds no state of rest or rolling, and the next impact is to stop it. Given are the normal velocity where
+/// the flow begins and half-way; on curved ways nearly all of the second is made by the way, and the contact stays.
+fn flips(at_start: f64, at_mean: f64, limits: &Limits) -> bool {
+    at_start.abs() > limits.still_speed && (at_mean - at_start).abs() <= FLIP * at_start.abs()
+}
 
 /// How friction holds in a flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +52,7 @@ impl<S: Geometry> Together<'_, S> {
         tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
         let start = self.bodies.motion.clone();
+        let approaches: Vec<f64> = active.iter().map(|t| normal_velocity(&self.bodies, t)).collect();
         self.turn(0.5 * time);
         let before = self.twists();
         let free = self.loaded(&before, time);
@@ -82,7 +94,13 @@ impl<S: Geometry> Together<'_, S> {
         last.touches = touches;
         self.book(&last.problem, &last.impulses, &before, &after, time);
         self.finish(&start.position, &before, &after, time);
-        self.remember(last, fresh);
+        let mut new = fresh.to_vec();
+        for (c, u) in last.problem.contacts.iter().zip(approaches) {
+            if flips(u, c.relative_velocity(&before).0, self.limits) {
+                new.push(c.id);
+            }
+        }
+        self.remember(last, &new);
         Ok(())
     }
 
