@@ -27,7 +27,7 @@ in_plane_and_space!(
 
 /// Settings of this page: asked for 1e-9 m/s.
 fn asked<S: Dimension>(solver: SolverKind, on_inaccurate: OnInaccurate) -> Settings<S> {
-    Settings { dt: 1.0 / 60.0, solver, on_inaccurate, tolerance: 1e-9, ..Settings::default() }
+    Settings { dt: 1.0 / 60.0, solver: Some(solver), on_inaccurate, tolerance: 1e-9, ..Settings::default() }
 }
 
 /// Frictionless boxes in columns, the top one of each this many times as heavy as the rest, and a ball in the air.

@@ -73,7 +73,7 @@ pub fn the_ledger_closes_for_every_law_and_solver<S: Dimension>() {
                 let worst = worst_closure(Settings::<S> {
                     impact: Some(impact),
                     friction_law,
-                    solver,
+                    solver: Some(solver),
                     ..Settings::default()
                 });
                 at_most(

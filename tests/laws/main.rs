@@ -10,6 +10,7 @@ mod bodies;
 mod constraints;
 mod determinism;
 mod directions;
+mod events;
 mod failures;
 mod friction;
 mod impacts;

@@ -31,7 +31,7 @@ pub fn a_rolling_ball_stops_after_v_squared_over_two_a<S: Dimension>() {
     let (dt, speed0) = (1.0 / 240.0, 0.5);
     let a = C * G / (RADIUS * (1.0 + S::ROUNDNESS));
     for solver in [SolverKind::Pgs, SolverKind::Nncg, SolverKind::Apgd, SolverKind::Exact] {
-        let (mut w, ball) = rolling_ball::<S>(Settings { solver, ..exact(dt) }, speed0, C);
+        let (mut w, ball) = rolling_ball::<S>(Settings { solver: Some(solver), ..exact(dt) }, speed0, C);
         let mut stopped = f64::INFINITY;
         run(&mut w, 1.3 * speed0 / a, |w, r| {
             if speed(w, ball).abs() < 1e-10 {

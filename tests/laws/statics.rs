@@ -60,7 +60,7 @@ fn each_interface_of_a_stack_with_a_heavy_top_carries_the_weight_above_it() {
     for solver in [SolverKind::Lemke, SolverKind::Direct] {
         for ratio in [1.0, 1e3, 1e6] {
             let mut w =
-                stack::<Planar>(Settings { solver, tolerance: 1e-9, ..exact(1.0 / 60.0) }, ratio, 0.0);
+                stack::<Planar>(Settings { solver: Some(solver), tolerance: 1e-9, ..exact(1.0 / 60.0) }, ratio, 0.0);
             let what =
                 |when: &str| format!("C24 worst interface of {}, 1:{ratio:e}, {when} [1]", solver.name());
             step(&mut w);
@@ -93,7 +93,7 @@ pub fn each_interface_carries_the_weight_above_it_with_exact<S: Dimension>() {
     for friction in [0.0, 0.5] {
         for ratio in [1.0, 1e3, 1e6] {
             let solver = SolverKind::Exact;
-            let settings = Settings { solver, tolerance: 1e-13, ..exact(1.0 / 60.0) };
+            let settings = Settings { solver: Some(solver), tolerance: 1e-13, ..exact(1.0 / 60.0) };
             let mut w = stack::<S>(settings, ratio, friction);
             step(&mut w);
             // a block's speed is known to 2 EPSILON of what a block `ratio` as heavy presses it with, in each of ten levels
@@ -109,7 +109,7 @@ pub fn each_interface_carries_the_weight_above_it_with_exact<S: Dimension>() {
 
 /// A table of mass 1 whose load acts at (.3, .1), on four legs at the corners of a square of side 2, and the floor.
 fn table(solver: SolverKind, impulses: ImpulseChoice) -> World<Spatial> {
-    let mut w = world::<Spatial>(Settings { solver, impulses, tolerance: 1e-13, ..exact(1.0 / 60.0) });
+    let mut w = world::<Spatial>(Settings { solver: Some(solver), impulses, tolerance: 1e-13, ..exact(1.0 / 60.0) });
     add_floor(&mut w, 0.3, 0.0);
     let inertia = Sym3::diag(0.5, 0.5, 0.8);
     let load = MassProperties { mass: 1.0, center: vec3(0.3, 0.1, 0.0), inertia, error: 0.0 };
@@ -151,7 +151,7 @@ fn the_least_forces_on_the_legs_of_a_table_need_no_history() {
         let mut w = table(SolverKind::Pgs, ImpulseChoice::Any);
         step(&mut w);
         let settings = w.settings().clone();
-        w.set_settings(Settings { solver, impulses: ImpulseChoice::MinimumNorm, ..settings })
+        w.set_settings(Settings { solver: Some(solver), impulses: ImpulseChoice::MinimumNorm, ..settings })
             .expect("possible");
         step(&mut w);
         for (got, wanted) in shares(&w).into_iter().zip([0.35, 0.2, 0.15, 0.3]) {
@@ -193,7 +193,7 @@ fn a_spent_budget_of_factorisations_is_told() {
 #[test]
 fn the_legs_of_a_table_carry_its_weight_and_its_moments() {
     for solver in [SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Lemke, SolverKind::Exact] {
-        let mut w = world::<Spatial>(Settings { solver, tolerance: 1e-13, ..exact(1.0 / 60.0) });
+        let mut w = world::<Spatial>(Settings { solver: Some(solver), tolerance: 1e-13, ..exact(1.0 / 60.0) });
         add_floor(&mut w, 0.0, 0.0);
         let load = MassProperties {
             mass: 1.0,
@@ -225,7 +225,7 @@ fn the_legs_of_a_table_carry_its_weight_and_its_moments() {
 /// Case C26: N = m g/sqrt 2 on both sides of a 90 degree groove.
 pub fn a_ball_in_a_right_angled_groove_presses_with_its_weight_over_root_two<S: Dimension>() {
     for (friction, solver) in solvers([0.0, 0.3]) {
-        let mut w = world::<S>(Settings { solver, ..exact(1.0 / 60.0) });
+        let mut w = world::<S>(Settings { solver: Some(solver), ..exact(1.0 / 60.0) });
         for (name, side) in [("left", 1.0), ("right", -1.0)] {
             let normal = S::at(side * FRAC_PI_4.sin(), FRAC_PI_4.cos());
             add(&mut w, name, BodySpec::fixed(S::wall(normal)).friction(friction));
@@ -247,7 +247,7 @@ fn an_a_frame_of_cards_stands_iff_friction_exceeds_half_the_tangent() {
     let limit = 0.5 * length * lean.sin() / (radius + length * lean.cos());
     close(limit, 0.5 * lean.tan(), 1e-3, "C27 limit of round cards against tan(th)/2");
     for ((mu, stands), solver) in solvers([(1.02 * limit, true), (0.98 * limit, false)]) {
-        let mut w = world::<Planar>(Settings { solver, ..exact(1.0 / 240.0) });
+        let mut w = world::<Planar>(Settings { solver: Some(solver), ..exact(1.0 / 240.0) });
         add_floor(&mut w, mu, 0.0);
         for side in [-1.0, 1.0] {
             let top = vec2(side * radius, radius + length * lean.cos());
@@ -270,7 +270,7 @@ fn an_a_frame_of_cards_stands_iff_friction_exceeds_half_the_tangent() {
 /// Case C28: four bricks overhang 25/24 L: 0.99 of it stands, 1.01 falls.
 pub fn four_bricks_overhang_to_just_under_their_limit<S: Dimension>() {
     for ((share, stands), solver) in solvers([(0.99, true), (1.01, false)]) {
-        let mut w = world::<S>(Settings { solver, ..exact(1.0 / 120.0) });
+        let mut w = world::<S>(Settings { solver: Some(solver), ..exact(1.0 / 120.0) });
         // the table's edge is at the origin
         add(&mut w, "table", BodySpec::fixed(S::block(4.0, 1.0)).at(S::at(-2.0, -0.5)).friction(0.8));
         let mut place = -0.5;
@@ -301,7 +301,7 @@ pub fn a_box_on_a_slope_tips_when_the_slope_exceeds_its_width_over_its_height<S:
     let (width, tall) = (0.4_f64, 1.0_f64);
     for ((share, tips), solver) in solvers([(0.98, false), (1.02, true)]) {
         let angle = (share * width / tall).atan();
-        let mut w = world::<S>(Settings { solver, ..exact(1.0 / 240.0) });
+        let mut w = world::<S>(Settings { solver: Some(solver), ..exact(1.0 / 240.0) });
         let normal = S::at(angle.sin(), angle.cos());
         add(&mut w, "slope", BodySpec::fixed(S::wall(normal)).friction(2.0));
         let body = BodySpec::heavy(S::block(width, tall), 3.0)

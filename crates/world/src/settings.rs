@@ -39,6 +39,9 @@ pub struct EventSettings {
     pub cap: Option<usize>,
     /// Overlap that is projected away, over the smallest body's size \[1\]. Default 1e-9.
     pub overlap: f64,
+    /// Start each flow's solve from the forces before. Default false: where more contacts hold a sliding body than it
+    /// has freedoms, the start decides which forces act, and a scheme of order 2 becomes one of order 1.
+    pub warm_start: bool,
 }
 
 impl Default for EventSettings {
@@ -50,6 +53,7 @@ impl Default for EventSettings {
             slip_stops: 16,
             cap: None,
             overlap: 1e-9,
+            warm_start: false,
         }
     }
 }

@@ -76,7 +76,7 @@ impl<S: Geometry> Together<'_, S> {
             touches = at_mean;
             self.assemble(&touches, &before, &free, stick, &mut last.problem);
             last.impulses.fit(&last.problem);
-            if round == 0 && self.settings.warm_start {
+            if round == 0 && self.settings.events.warm_start {
                 last.impulses.reset(&last.problem);
                 self.forces.as_ref().unwrap_or(self.warm).load(&last.problem, time, &mut last.impulses);
             }

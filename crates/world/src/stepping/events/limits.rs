@@ -9,6 +9,9 @@ use carom_math::Column;
 const ROUNDING: f64 = 1e-14;
 /// Noise of velocities in scenes without gravity \[m/s\].
 const STILL: f64 = 1e-11;
+/// Rest speed over the fastest body's speed, at least \[1\]: without gravity inelastic bodies would otherwise collide
+/// without end; what it takes of the energy is below rounding.
+const COLLAPSE: f64 = 1e-8;
 /// Gap over a pair's size at which bodies have met \[1\].
 const ARRIVED: f64 = 1e-12;
 /// Events of a body after which its group takes the rest of the step at once, at least.
@@ -53,7 +56,7 @@ impl Limits {
         }
         let size = if size.is_finite() { size } else { 0.0 };
         let tolerance = (events.tolerance * fall).max(ROUNDING * fastest);
-        let rest_speed = events.rest_speed_factor * fall;
+        let rest_speed = (events.rest_speed_factor * fall).max(COLLAPSE * fastest);
         let rounding = 8.0 * f64::EPSILON * (farthest + size);
         Limits {
             dt,
