@@ -6,7 +6,7 @@ use super::blocks::Blocks;
 use super::bodies::{NO_BODY, Rows};
 use super::mixed::{is_mixed, solve_mixed};
 use super::operator::Operator;
-use super::{Goal, solve_blocks};
+use super::{Goal, feasibility_of, solve_blocks};
 use crate::cone::project;
 use crate::friction_problem::project_on_cone;
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings};
@@ -72,7 +72,7 @@ impl<S: Space> ExactContacts<S> {
     ) -> Outcome {
         let blocks = self.blocks::<D>(problem);
         let mut r = start(&blocks, impulses);
-        let (mut iterations, mut factorisations) = (0, 0);
+        let (mut iterations, mut factorisations, mut worth_asking) = (0, 0, false);
         let mut outcome = Outcome::nothing_to_do();
         for attempt in 0..ATTEMPTS {
             let goal = Goal {
@@ -81,9 +81,9 @@ impl<S: Space> ExactContacts<S> {
                 factorisations: settings.factorisations - factorisations,
                 impulses: settings.impulses,
                 early: false,
-                feasibility: false,
             };
             let answer = solve_blocks(&blocks, &goal, &mut r, &mut self.analyses, watch);
+            worth_asking = answer.is_worth_asking();
             iterations += answer.iterations();
             factorisations = (factorisations + answer.factorisations).min(settings.factorisations);
             read(&blocks, &mut r, impulses);
@@ -102,6 +102,10 @@ impl<S: Space> ExactContacts<S> {
             }
         }
         self.keep_better(problem, &mut outcome, impulses);
+        // a tolerance of 0 asks for nothing, so nothing is missed
+        if worth_asking && settings.tolerance > 0.0 && !(outcome.residual.absolute <= settings.tolerance) {
+            outcome.strict_feasibility = feasibility_of(&blocks, &mut self.analyses);
+        }
         outcome
     }
 

@@ -84,8 +84,6 @@ struct Goal {
     /// Newton from the sweeps before the interior point. Its answers lie on the edges of the cones where others are
     /// as good, and are worse starts for the next step than the interior point's.
     early: bool,
-    /// Tell the strict feasibility of what is not solved; its factorisations are beside the budget.
-    feasibility: bool,
 }
 
 impl Goal {
@@ -102,7 +100,6 @@ struct Answer {
     factorisations: usize,
     /// True where the least impulses were asked for and not found.
     not_least: bool,
-    strict_feasibility: Option<f64>,
 }
 
 impl Answer {
@@ -117,6 +114,10 @@ impl Answer {
     }
     fn out_of_budget(&self) -> bool {
         self.end == StageEnd::OutOfBudget
+    }
+    /// True where the strict feasibility of what is not solved is worth its factorisations: not after a short budget.
+    fn is_worth_asking(&self) -> bool {
+        !self.interrupted() && (!self.out_of_budget() || self.factorisations >= WORTH_ASKING)
     }
 }
 
@@ -208,9 +209,11 @@ fn in_dimension<const D: usize>(
         factorisations: settings.factorisations,
         impulses: settings.impulses,
         early: true,
-        feasibility: true,
     };
-    let answer = solve_blocks(&blocks, &goal, &mut r, &mut Analyses::default(), watch);
+    let mut analyses = Analyses::default();
+    let answer = solve_blocks(&blocks, &goal, &mut r, &mut analyses, watch);
+    let asked = !answer.solved() && answer.is_worth_asking();
+    let strict_feasibility = asked.then(|| feasibility_of(&blocks, &mut analyses)).flatten();
     for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
         project_on_cone(r, blocks.friction[i]);
     }
@@ -238,7 +241,7 @@ fn in_dimension<const D: usize>(
         factorisations: answer.factorisations,
         seconds,
         reason,
-        strict_feasibility: if solved { None } else { answer.strict_feasibility },
+        strict_feasibility: if solved { None } else { strict_feasibility },
     }
 }
 
@@ -254,9 +257,13 @@ pub fn strict_feasibility(problem: &FrictionProblem) -> Option<f64> {
 }
 
 fn feasibility_in<const D: usize>(problem: &FrictionProblem) -> Option<f64> {
-    let blocks = Blocks::<D>::of(problem);
+    feasibility_of(&Blocks::<D>::of(problem), &mut Analyses::default())
+}
+
+/// The same of blocks; its factorisations are beside all budgets.
+fn feasibility_of<const D: usize>(blocks: &Blocks<D>, analyses: &mut Analyses) -> Option<f64> {
     let mut watch = unwatched;
-    let mut solve = Solve::of(&blocks, (0.0, usize::MAX), &mut Analyses::default(), &mut watch);
+    let mut solve = Solve::of(blocks, (0.0, usize::MAX), analyses, &mut watch);
     feasibility::strict_feasibility(&mut solve)
 }
 
@@ -301,7 +308,6 @@ fn solve_blocks<const D: usize>(
         stages: vec![Stage { name: "sweeps", iterations: count }],
         factorisations: 0,
         not_least: goal.is_least(),
-        strict_feasibility: None,
     };
     if ended != Ended::LeftOff {
         return answer;
@@ -330,10 +336,6 @@ fn solve_blocks<const D: usize>(
     let least = if goal.is_least() && answer.solved() { minimum_norm::least(&mut solve) } else { None };
     answer.errors = solve.best_errors;
     answer.factorisations = solve.system.factorisations;
-    let given_up = answer.end == StageEnd::Stuck || answer.factorisations >= WORTH_ASKING;
-    if goal.feasibility && given_up && !answer.solved() && !answer.interrupted() {
-        answer.strict_feasibility = feasibility::strict_feasibility(&mut solve);
-    }
     solve.scaled.to_impulses(&solve.best, r);
     if let Some(least) = least {
         r.copy_from_slice(&least);

@@ -10,6 +10,7 @@ mod budget;
 mod census;
 mod certified;
 mod directions;
+mod feasibility;
 mod judge;
 mod minimum_norm;
 mod mixed;
