@@ -3,7 +3,8 @@
 
 use super::analyses::Analyses;
 use super::blocks::Blocks;
-use super::bodies::{NO_BODY, Rows};
+use super::bodies::Rows;
+use super::mass_roots::MassRoots;
 use super::mixed::{is_mixed, solve_mixed};
 use super::operator::Operator;
 use super::{Goal, feasibility_of, solve_blocks};
@@ -12,11 +13,11 @@ use crate::friction_problem::project_on_cone;
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings};
 use crate::methods::judged;
 use crate::outcome::{Outcome, Stop};
-use crate::prepared::{ContactRow, Prepared};
+use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, Impulse, Impulses};
 use crate::residual::residual_of;
 use crate::watch::Watch;
-use carom_math::{Column, Inertia, Space};
+use carom_math::{Column, Space};
 
 /// The exact solver; holds memory between solves.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +25,7 @@ pub struct ExactContacts<S: Space> {
     prepared: Prepared<S>,
     given: Impulses<S>,
     analyses: Analyses,
+    roots: MassRoots,
 }
 
 /// How far below the asked tolerance the solver's own measure goes first: it is not the residual, but within a
@@ -125,26 +127,19 @@ impl<S: Space> ExactContacts<S> {
     }
 
     /// The problem as rows on bodies of unit mass.
-    fn blocks<const D: usize>(&self, problem: &ContactProblem<S>) -> Blocks<D> {
-        let mut place = vec![NO_BODY; problem.inverse_masses.len()];
-        let mut roots: Vec<(f64, [[f64; 3]; 3])> = Vec::new();
-        for (place, mass) in place.iter_mut().zip(&problem.inverse_masses) {
-            if !mass.is_fixed() {
-                *place = roots.len() as u32;
-                roots.push((mass.linear.sqrt(), root::<S>(&mass.angular)));
-            }
-        }
-        let mut rows =
-            Rows::<D> { freedoms: S::DOF, bodies: roots.len(), pairs: Vec::new(), values: Vec::new() };
+    fn blocks<const D: usize>(&mut self, problem: &ContactProblem<S>) -> Blocks<D> {
+        self.roots.update(problem);
+        let (freedoms, bodies) = (S::DOF, self.roots.count());
+        let mut rows = Rows::<D> { freedoms, bodies, pairs: Vec::new(), values: Vec::new() };
         let mut velocity = Vec::with_capacity(problem.contacts.len());
         for c in &self.prepared.contacts {
-            let pair = [place[c.normal.a as usize], place[c.normal.b as usize]];
-            rows.pairs.push(pair);
-            let direction = |k: usize| if k == 0 { &c.normal } else { &c.tangents[k - 1] };
-            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+            let pair = [c.normal.a as usize, c.normal.b as usize];
+            rows.pairs.push(pair.map(|body| self.roots.place(body)));
+            for (body, sign) in pair.into_iter().zip([1.0, -1.0]) {
                 for k in 0..D {
-                    let root = roots.get(pair[side] as usize);
-                    push_row::<S>(direction(k), side, root, sign, &mut rows.values);
+                    let row = if k == 0 { &c.normal } else { &c.tangents[k - 1] };
+                    let moment = if sign > 0.0 { &row.moment_a } else { &row.moment_b };
+                    self.roots.push::<S>(body, (&row.direction, moment), sign, &mut rows.values);
                 }
             }
             let (normal, slip) = c.relative_velocity(&problem.velocities);
@@ -154,26 +149,6 @@ impl<S: Space> ExactContacts<S> {
         let mut blocks = Blocks::assembled(Operator::Bodies(rows), velocity, friction);
         blocks.by_contact = true;
         blocks
-    }
-}
-
-/// One row of B for one body: d times the root of the inverse mass, (r x d) times that of the inverse inertia.
-fn push_row<S: Space>(
-    row: &ContactRow<S>,
-    side: usize,
-    root: Option<&(f64, [[f64; 3]; 3])>,
-    sign: f64,
-    values: &mut Vec<f64>,
-) {
-    let Some((linear, angular)) = root else {
-        values.extend(std::iter::repeat_n(0.0, S::DOF));
-        return;
-    };
-    let moment = if side == 0 { row.moment_a } else { row.moment_b };
-    values.extend(row.direction.as_slice().iter().map(|d| sign * linear * d));
-    for column in 0..S::SPIN {
-        let along: f64 = moment.as_slice().iter().zip(angular).map(|(m, line)| m * line[column]).sum();
-        values.push(sign * along);
     }
 }
 
@@ -201,28 +176,4 @@ fn read<S: Space, const D: usize>(blocks: &Blocks<D>, r: &mut [[f64; D]], impuls
 
 fn to_array<S: Space, const D: usize>(impulse: &Impulse<S>) -> [f64; D] {
     std::array::from_fn(|k| if k == 0 { impulse.normal } else { impulse.tangent[k - 1] })
-}
-
-/// L with L L^T = I^-1 (Cholesky; a direction that nothing turns gives a zero column).
-fn root<S: Space>(inertia: &S::Inertia) -> [[f64; 3]; 3] {
-    let mut a = [[0.0; 3]; 3];
-    for column in 0..S::SPIN {
-        let unit = S::Spin::from_fn(|k| if k == column { 1.0 } else { 0.0 });
-        let response = inertia.apply(unit);
-        for (row, value) in a.iter_mut().zip(response.as_slice()) {
-            row[column] = *value;
-        }
-    }
-    let mut l = [[0.0; 3]; 3];
-    for j in 0..S::SPIN {
-        let pivot = a[j][j] - (0..j).map(|k| l[j][k] * l[j][k]).sum::<f64>();
-        if !(pivot > 0.0) {
-            continue;
-        }
-        l[j][j] = pivot.sqrt();
-        for i in j + 1..S::SPIN {
-            l[i][j] = (a[i][j] - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>()) / l[j][j];
-        }
-    }
-    l
 }

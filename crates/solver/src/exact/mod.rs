@@ -20,7 +20,9 @@ pub(crate) mod judge;
 mod krylov;
 pub(crate) mod lane;
 pub(crate) mod local;
+mod mass_roots;
 mod minimum_norm;
+mod minimum_norm_mixed;
 mod mixed;
 mod newton;
 pub(crate) mod operator;
@@ -37,6 +39,7 @@ pub(crate) mod sweeps;
 mod system;
 mod warm;
 mod way;
+mod whole_face;
 
 use crate::friction_problem::{FrictionProblem, Measure, measure, measured_in, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};

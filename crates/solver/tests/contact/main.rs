@@ -13,6 +13,7 @@ mod directions;
 mod feasibility;
 mod judge;
 mod minimum_norm;
+mod minimum_norm_mixed;
 mod mixed;
 mod oracle;
 mod random;
