@@ -3,18 +3,18 @@
 
 use super::analyses::Analyses;
 use super::blocks::Blocks;
-use super::bodies::Rows;
 use super::mass_roots::MassRoots;
+use super::memory::Memory;
 use super::mixed::{is_mixed, solve_mixed};
 use super::operator::Operator;
 use super::{Goal, feasibility_of, solve_blocks};
 use crate::cone::project;
 use crate::friction_problem::project_on_cone;
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings};
-use crate::methods::judged;
+use crate::methods::judged_in;
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
-use crate::problem::{ContactProblem, Impulse, Impulses};
+use crate::problem::{ContactProblem, Impulse, Impulses, Twist};
 use crate::residual::residual_of;
 use crate::watch::Watch;
 use carom_math::{Column, Space};
@@ -26,6 +26,11 @@ pub struct ExactContacts<S: Space> {
     given: Impulses<S>,
     analyses: Analyses,
     roots: MassRoots,
+    /// Velocities after the impulses, for judging.
+    after: Vec<Twist<S>>,
+    lines: Memory<1>,
+    plane: Memory<2>,
+    space: Memory<3>,
 }
 
 /// How far below the asked tolerance the solver's own measure goes first: it is not the residual, but within a
@@ -56,10 +61,26 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
             return outcome;
         }
         let smooth = problem.contacts.iter().all(|c| c.friction == 0.0);
+        let asked = (problem, settings);
         match (smooth, S::SLIP) {
-            (true, _) => self.in_dimension::<1>(problem, settings, impulses, watch),
-            (false, 1) => self.in_dimension::<2>(problem, settings, impulses, watch),
-            (false, _) => self.in_dimension::<3>(problem, settings, impulses, watch),
+            (true, _) => {
+                let mut memory = std::mem::take(&mut self.lines);
+                let outcome = self.in_dimension::<1>(asked, impulses, &mut memory, watch);
+                self.lines = memory;
+                outcome
+            }
+            (false, 1) => {
+                let mut memory = std::mem::take(&mut self.plane);
+                let outcome = self.in_dimension::<2>(asked, impulses, &mut memory, watch);
+                self.plane = memory;
+                outcome
+            }
+            (false, _) => {
+                let mut memory = std::mem::take(&mut self.space);
+                let outcome = self.in_dimension::<3>(asked, impulses, &mut memory, watch);
+                self.space = memory;
+                outcome
+            }
         }
     }
 }
@@ -67,13 +88,15 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
 impl<S: Space> ExactContacts<S> {
     fn in_dimension<const D: usize>(
         &mut self,
-        problem: &ContactProblem<S>,
-        settings: &SolveSettings,
+        (problem, settings): (&ContactProblem<S>, &SolveSettings),
         impulses: &mut Impulses<S>,
+        memory: &mut Memory<D>,
         watch: &mut Watch,
     ) -> Outcome {
-        let blocks = self.blocks::<D>(problem);
-        let mut r = start(&blocks, impulses);
+        let mut blocks = std::mem::take(&mut memory.blocks);
+        self.assemble(problem, &mut blocks);
+        let mut r = memory.pool.zeros(blocks.velocity.len());
+        start(&blocks, impulses, &mut r);
         let (mut iterations, mut factorisations, mut worth_asking) = (0, 0, false);
         let mut outcome = Outcome::nothing_to_do();
         for attempt in 0..ATTEMPTS {
@@ -84,13 +107,14 @@ impl<S: Space> ExactContacts<S> {
                 impulses: settings.impulses,
                 early: false,
             };
-            let answer = solve_blocks(&blocks, &goal, &mut r, &mut self.analyses, watch);
+            let answer = solve_blocks(&blocks, &goal, &mut r, (&mut self.analyses, memory), watch);
             worth_asking = answer.is_worth_asking();
             iterations += answer.iterations();
             factorisations = (factorisations + answer.factorisations).min(settings.factorisations);
             read(&blocks, &mut r, impulses);
             let spent = (iterations, settings.tolerance);
-            outcome = judged(problem, &self.prepared, spent, &self.given, impulses);
+            let (given, after) = (&self.given, &mut self.after);
+            outcome = judged_in(problem, &self.prepared, spent, (given, impulses), after);
             outcome.factorisations = factorisations;
             let is_short = outcome.stop == Stop::OutOfIterations;
             outcome.stop = match outcome.stop {
@@ -99,7 +123,9 @@ impl<S: Space> ExactContacts<S> {
                 Stop::Converged if answer.not_least => Stop::OutOfIterations,
                 stop => stop,
             };
-            if !is_short || !answer.solved() {
+            let solved = answer.solved();
+            memory.stages = answer.stages;
+            if !is_short || !solved {
                 break;
             }
         }
@@ -108,6 +134,8 @@ impl<S: Space> ExactContacts<S> {
         if worth_asking && settings.tolerance > 0.0 && !(outcome.residual.absolute <= settings.tolerance) {
             outcome.strict_feasibility = feasibility_of(&blocks, &mut self.analyses);
         }
+        memory.blocks = blocks;
+        memory.pool.give([r]);
         outcome
     }
 
@@ -126,12 +154,18 @@ impl<S: Space> ExactContacts<S> {
         }
     }
 
-    /// The problem as rows on bodies of unit mass.
-    fn blocks<const D: usize>(&mut self, problem: &ContactProblem<S>) -> Blocks<D> {
+    /// Writes the problem as rows on bodies of unit mass.
+    fn assemble<const D: usize>(&mut self, problem: &ContactProblem<S>, blocks: &mut Blocks<D>) {
         self.roots.update(problem);
-        let (freedoms, bodies) = (S::DOF, self.roots.count());
-        let mut rows = Rows::<D> { freedoms, bodies, pairs: Vec::new(), values: Vec::new() };
-        let mut velocity = Vec::with_capacity(problem.contacts.len());
+        if !matches!(blocks.operator, Operator::Bodies(_)) {
+            blocks.operator = Operator::default();
+        }
+        let Operator::Bodies(rows) = &mut blocks.operator else { return };
+        (rows.freedoms, rows.bodies) = (S::DOF, self.roots.count());
+        rows.pairs.clear();
+        rows.values.clear();
+        let velocity = &mut blocks.velocity;
+        velocity.clear();
         for c in &self.prepared.contacts {
             let pair = [c.normal.a as usize, c.normal.b as usize];
             rows.pairs.push(pair.map(|body| self.roots.place(body)));
@@ -145,24 +179,22 @@ impl<S: Space> ExactContacts<S> {
             let (normal, slip) = c.relative_velocity(&problem.velocities);
             velocity.push(std::array::from_fn(|k| if k == 0 { normal - c.target } else { slip[k - 1] }));
         }
-        let friction = problem.contacts.iter().map(|c| c.friction).collect();
-        let mut blocks = Blocks::assembled(Operator::Bodies(rows), velocity, friction);
+        blocks.friction.clear();
+        blocks.friction.extend(problem.contacts.iter().map(|c| c.friction));
         blocks.by_contact = true;
-        blocks
+        blocks.complete();
     }
 }
 
-/// The start as arrays on the cones, padded; zero where it is not finite.
-fn start<S: Space, const D: usize>(blocks: &Blocks<D>, impulses: &Impulses<S>) -> Vec<[f64; D]> {
-    let mut r: Vec<[f64; D]> = impulses.contacts.iter().map(to_array).collect();
-    for (r, mu) in r.iter_mut().zip(&blocks.friction) {
+/// The start as arrays on the cones; zero where it is not finite.
+fn start<S: Space, const D: usize>(blocks: &Blocks<D>, impulses: &Impulses<S>, r: &mut [[f64; D]]) {
+    for ((r, impulse), mu) in r.iter_mut().zip(&impulses.contacts).zip(&blocks.friction) {
+        *r = to_array(impulse);
         if !r.iter().all(|x| x.is_finite()) {
             *r = [0.0; D];
         }
         project_on_cone(r, *mu);
     }
-    r.resize(blocks.velocity.len(), [0.0; D]);
-    r
 }
 
 /// Puts r on the cones and into impulses.
