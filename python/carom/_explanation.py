@@ -14,7 +14,7 @@ class Finding(NamedTuple):
     ----------
     topic : "residual" (value in m/s), "mass_ratio" [1], "redundant_contacts" (surplus rows [1]),
         "conditioning" (a lower bound of the condition [1]), "iterations" [1], "penetration" [m],
-        "rounding" (residual over velocities [1]) or "refusal" (contacts [1])
+        "rounding" (residual over velocities [1]), "strict_feasibility" [m/s] or "refusal" (contacts [1])
     value : its figure, in the unit named above
     bodies : names of the bodies meant
     text : the finding as a sentence

@@ -65,6 +65,8 @@ class Solution:
     reason : why the method refused, else None; the impulses are then those it started from
     islands : `carom.IslandReport` of each island where anything pressed, from solvers that go by island;
         bodies that have no names are told by their rows
+    strict_feasibility : when not solved and known, the largest t, at most the largest entry of q, with some
+        impulses such that u_N >= mu |u_T| + t at every contact [m/s]; at or below 0 no solution need exist
     """
 
     solver: str
@@ -80,6 +82,7 @@ class Solution:
     reason: str | None
     islands: tuple[IslandReport, ...] = ()
     moment: Floats = field(default_factory=lambda: np.zeros((0, 1)))
+    strict_feasibility: float | None = None
 
     @property
     def flat(self) -> Floats:
@@ -308,6 +311,7 @@ class ContactProblem:
             status=found["status"],
             reason=found["reason"],
             islands=tuple(self._island(fields) for fields in found["islands"]),
+            strict_feasibility=found["strict_feasibility"],
         )
 
     def residual(self, impulse: npt.ArrayLike, *, friction_law: str | None = None) -> Residual:
@@ -326,14 +330,14 @@ class ContactProblem:
         return Residual(*self._native.residual(self._flat(impulse, "impulse"), friction_law))
 
     def _island(self, fields: tuple[Any, ...]) -> IslandReport:
-        contacts, rows, bodies, first, residual, relative, worst, stages, why = fields
+        contacts, rows, bodies, first, residual, relative, worst, stages, why, feasible = fields
 
         def name(body: int) -> str:
             return self._names[body] if self._names else str(body)
 
         pair = None if worst is None else (name(worst[0]), name(worst[1]))
         return IslandReport._told(
-            (contacts, rows, bodies, name(first), residual, relative, pair, stages, why)
+            (contacts, rows, bodies, name(first), residual, relative, pair, stages, why, feasible)
         )
 
     def certificate(

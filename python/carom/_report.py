@@ -47,6 +47,8 @@ class IslandReport(NamedTuple):
     worst_contact : names of the two bodies where it is worst, or None
     stages : the solvers that worked on it, in order
     why_further : why it went past the first of them, in words; empty when it did not
+    strict_feasibility : when not solved and known, the largest t with some impulses such that
+        u_N >= mu |u_T| + t at each of its contacts [m/s]; at or below 0 no solution need exist
     """
 
     contacts: int
@@ -58,6 +60,7 @@ class IslandReport(NamedTuple):
     worst_contact: tuple[str, str] | None
     stages: tuple[StageReport, ...]
     why_further: str
+    strict_feasibility: float | None = None
 
     @classmethod
     def _told(cls, fields: Iterable[Any]) -> Self:

@@ -17,6 +17,7 @@ in_plane_and_space!(
     the_order_of_bodies_changes_no_wrench_with_friction_either,
     an_explanation_names_the_bodies_and_their_mass_ratio,
     an_explanation_tells_overlap_and_redundant_contacts,
+    an_explanation_tells_that_walls_leave_no_room,
     an_accurate_step_says_so,
     a_certificate_tells_what_the_report_tells,
     a_certificate_holds_the_energy_identity_for_any_impulses,
@@ -230,6 +231,25 @@ pub fn an_explanation_tells_overlap_and_redundant_contacts<S: Dimension>() {
     let pressed = w.last_problem().1.contacts.iter().filter(|g| g.normal > 0.0).count();
     let surplus = pressed * (1 + S::SLIP) - 2 * S::DOF;
     assert_eq!(redundant.value, surplus as f64);
+}
+
+/// A ball that prescribed walls close on at 1 m/s each: no velocity of it parts both contacts, and the report, the
+/// explanation and its remedy say so.
+pub fn an_explanation_tells_that_walls_leave_no_room<S: Dimension>() {
+    let mut w =
+        world::<S>(Settings { gravity: S::Vector::ZERO, ..asked(SolverKind::Exact, OnInaccurate::Warn) });
+    for (name, side) in [("left", -1.0), ("right", 1.0)] {
+        let wall = BodySpec::kinematic(S::block(1.0, 1.0)).at(S::at(side, 0.5));
+        add(&mut w, name, wall.moving(S::at(-side, 0.0)).friction(0.3));
+    }
+    add(&mut w, "ball", BodySpec::heavy(S::ball(0.5), 1.0).at(S::at(0.0, 0.5)).friction(0.3));
+    let report = step(&mut w);
+    let told: Vec<f64> = report.islands().filter_map(|i| i.strict_feasibility).collect();
+    assert!(!told.is_empty() && told.iter().all(|t| (t + 1.0).abs() < 1e-3), "{told:?}");
+    let explained = w.explain(&report);
+    let found = explained.findings.iter().find(|f| f.topic == Topic::StrictFeasibility).expect("a finding");
+    assert_eq!(found.bodies, ["ball"]);
+    assert!(found.text.contains("is not strictly feasible") && found.remedy.contains("wall"), "{found:?}");
 }
 
 /// Good news has figures as well.

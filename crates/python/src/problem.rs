@@ -183,12 +183,14 @@ impl<S: Geometry> Problem<S> {
         let islands: Vec<PlainIsland> =
             outcome.islands.iter().map(|island| plain_island(&problem, island, settings.tolerance)).collect();
         dict.set_item("islands", islands)?;
+        dict.set_item("strict_feasibility", outcome.strict_feasibility)?;
         Ok(dict)
     }
 }
 
 /// An island as in `step`, with bodies by index.
-type PlainIsland = (usize, usize, usize, usize, f64, f64, Option<(usize, usize)>, Vec<PlainStage>, String);
+type PlainIsland =
+    (usize, usize, usize, usize, f64, f64, Option<(usize, usize)>, Vec<PlainStage>, String, Option<f64>);
 
 fn plain_island<S: Geometry>(
     problem: &ContactProblem<S>,
@@ -209,6 +211,7 @@ fn plain_island<S: Geometry>(
         pair,
         plain_stages(island),
         island.why_further(tolerance),
+        island.strict_feasibility,
     )
 }
 

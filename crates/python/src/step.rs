@@ -27,8 +27,8 @@ fn names<S: Geometry>(world: &World<S>, pair: Option<(usize, usize)>) -> Pair {
 pub type PlainStage = (&'static str, usize, f64, &'static str, Option<String>);
 
 /// An island: contacts, rows, bodies, name of its first body, residual \[m/s\], relative residual, names of the bodies
-/// of its worst entry, stages, why it went further.
-type PlainIsland = (usize, usize, usize, String, f64, f64, Pair, Vec<PlainStage>, String);
+/// of its worst entry, stages, why it went further, strict feasibility \[m/s\].
+type PlainIsland = (usize, usize, usize, String, f64, f64, Pair, Vec<PlainStage>, String, Option<f64>);
 
 /// A finding: topic, value, names of bodies, text, remedy.
 pub type PlainFinding = (String, f64, Vec<String>, String, String);
@@ -51,6 +51,7 @@ fn plain_island<S: Geometry>(world: &World<S>, island: &IslandReport, phase: Pha
         names(world, pair),
         plain_stages(island),
         island.why_further(world.settings().tolerance),
+        island.strict_feasibility,
     )
 }
 

@@ -21,7 +21,8 @@ pub enum ImpulseChoice {
     /// Whichever the method arrives at: they depend on the start and on the order of contacts.
     #[default]
     Any,
-    /// Those with the least sum of squares \[N^2 s^2\]: they depend on nothing but the problem.
+    /// Those with the least sum of squares \[N^2 s^2\]: they depend on nothing but the problem. Beside rolling and
+    /// spinning friction the moments that rest are the least first \[N^2 m^2 s^2\]; bounded rows count in their own units.
     MinimumNorm,
 }
 

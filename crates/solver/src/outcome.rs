@@ -75,6 +75,9 @@ pub struct IslandReport {
     pub relative_residual: f64,
     /// Entry of the whole problem where it is largest.
     pub worst: Option<Entry>,
+    /// What `Outcome::strict_feasibility` is, of this island.
+    #[serde(default)]
+    pub strict_feasibility: Option<f64>,
     /// The solvers that worked on it, in order.
     pub stages: Vec<StageReport>,
 }
@@ -116,12 +119,26 @@ pub struct Outcome {
     /// empty from all others.
     #[serde(default)]
     pub islands: Vec<IslandReport>,
+    /// When not solved and known: the largest t, at most the largest entry of q, with some r such that
+    /// u_N >= mu |u_T| + t at every contact, u = W r + q with targets in q \[m/s\]; at or below 0 no solution need
+    /// exist. Told of contacts with Coulomb's disc alone, by `exact` where all of its stages fail or a hundred
+    /// factorisations do not do; over several islands the least of those told. Its factorisations are not among
+    /// those above.
+    #[serde(default)]
+    pub strict_feasibility: Option<f64>,
 }
 
 impl Outcome {
     /// An outcome without islands.
     pub fn new(iterations: usize, residual: Residual, stop: Stop) -> Self {
-        Outcome { iterations, factorisations: 0, residual, stop, islands: Vec::new() }
+        Outcome {
+            iterations,
+            factorisations: 0,
+            residual,
+            stop,
+            islands: Vec::new(),
+            strict_feasibility: None,
+        }
     }
     /// The outcome of a problem without rows.
     pub fn nothing_to_do() -> Self {

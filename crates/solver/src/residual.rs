@@ -76,9 +76,19 @@ pub fn residual_of<S: Space>(
     prepared: &Prepared<S>,
     impulses: &Impulses<S>,
 ) -> Residual {
-    let mut after = problem.velocities.clone();
-    prepared.apply(impulses, &mut after);
-    let (absolute, worst) = largest(problem, prepared, impulses, &after);
+    residual_in(problem, prepared, impulses, &mut Vec::new())
+}
+
+/// The same with memory for the velocities after the impulses.
+pub(crate) fn residual_in<S: Space>(
+    problem: &ContactProblem<S>,
+    prepared: &Prepared<S>,
+    impulses: &Impulses<S>,
+    after: &mut Vec<Twist<S>>,
+) -> Residual {
+    after.clone_from(&problem.velocities);
+    prepared.apply(impulses, after);
+    let (absolute, worst) = largest(problem, prepared, impulses, after);
     let scale = velocity_scale(problem, prepared).max(f64::MIN_POSITIVE);
     Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
 }

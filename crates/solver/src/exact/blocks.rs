@@ -6,7 +6,7 @@ use crate::cone_matrix::norm_or_one;
 use crate::friction_problem::FrictionProblem;
 
 /// u = W r + q in blocks.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Blocks<const D: usize> {
     /// W.
     pub operator: Operator<D>,
@@ -45,26 +45,26 @@ impl<const D: usize> Blocks<D> {
         let velocity = problem.velocity.chunks_exact(D).map(|q| std::array::from_fn(|k| q[k])).collect();
         let operator = Operator::Matrix(problem.matrix.blocks(D));
         let norms = problem.matrix.norms(D).to_vec();
-        Blocks::whole(operator, velocity, problem.friction.clone(), norms)
+        let friction = problem.friction.clone();
+        let mut blocks = Blocks { operator, velocity, friction, norms, ..Blocks::default() };
+        blocks.pad();
+        blocks
     }
-    /// Blocks from their parts.
-    pub fn assembled(operator: Operator<D>, velocity: Vec<[f64; D]>, friction: Vec<f64>) -> Self {
+    /// What follows from operator, velocity and friction.
+    pub fn complete(&mut self) {
+        let operator = &self.operator;
         let norm = |i: usize| norm_or_one::<D>(operator.diagonal_block(i).as_flattened());
-        let norms = (0..operator.count()).map(norm).collect();
-        Blocks::whole(operator, velocity, friction, norms)
+        self.norms.clear();
+        self.norms.extend((0..operator.count()).map(norm));
+        self.pad();
     }
-    /// The same with the norms of the diagonal blocks.
-    fn whole(
-        operator: Operator<D>,
-        mut velocity: Vec<[f64; D]>,
-        mut friction: Vec<f64>,
-        mut norms: Vec<f64>,
-    ) -> Self {
-        let count = operator.count();
-        let diagonal: Vec<[[f64; D]; D]> = (0..count).map(|i| operator.diagonal_block(i)).collect();
-        velocity.resize(padded(count), [0.0; D]);
-        friction.resize(padded(count), 0.0);
-        norms.resize(padded(count), 1.0);
-        Blocks { operator, velocity, friction, diagonal, norms, by_contact: false }
+    /// The diagonal blocks, and what lanes read past the last contact.
+    fn pad(&mut self) {
+        let count = self.operator.count();
+        self.diagonal.clear();
+        self.diagonal.extend((0..count).map(|i| self.operator.diagonal_block(i)));
+        self.velocity.resize(padded(count), [0.0; D]);
+        self.friction.resize(padded(count), 0.0);
+        self.norms.resize(padded(count), 1.0);
     }
 }

@@ -93,6 +93,15 @@ impl<const D: usize> BodySpace<D> {
         }
     }
 
+    /// Takes other rows of the same graph; false, and nothing done, where the graph is another.
+    pub fn refill(&mut self, rows: &Rows<D>) -> bool {
+        let stands = self.rows.has_graph_of(rows);
+        if stands {
+            self.rows.values.clone_from(&rows.values);
+        }
+        stands
+    }
+
     /// Factorises 1 + B^T D^-1 B.
     pub fn factorize(&mut self, (blocks, least): Stiffness<'_, D>) -> bool {
         for (compliance, (block, least)) in self.compliance.iter_mut().zip(blocks.iter().zip(least)) {
@@ -236,6 +245,16 @@ impl<const D: usize> Rows<D> {
             }
         }
         block
+    }
+    /// True when the contacts join the same bodies.
+    pub fn has_graph_of(&self, other: &Self) -> bool {
+        (self.freedoms, self.bodies) == (other.freedoms, other.bodies) && self.pairs == other.pairs
+    }
+    /// Makes these equal to others without giving memory back.
+    pub fn copy_from(&mut self, other: &Self) {
+        (self.freedoms, self.bodies) = (other.freedoms, other.bodies);
+        self.pairs.clone_from(&other.pairs);
+        self.values.clone_from(&other.values);
     }
     /// The rows on both bodies, contact after contact.
     #[inline(always)]

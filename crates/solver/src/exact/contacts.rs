@@ -3,20 +3,21 @@
 
 use super::analyses::Analyses;
 use super::blocks::Blocks;
-use super::bodies::{NO_BODY, Rows};
+use super::mass_roots::MassRoots;
+use super::memory::Memory;
 use super::mixed::{is_mixed, solve_mixed};
 use super::operator::Operator;
-use super::{Goal, solve_blocks};
+use super::{Goal, feasibility_of, solve_blocks};
 use crate::cone::project;
 use crate::friction_problem::project_on_cone;
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings};
-use crate::methods::judged;
+use crate::methods::judged_in;
 use crate::outcome::{Outcome, Stop};
-use crate::prepared::{ContactRow, Prepared};
-use crate::problem::{ContactProblem, Impulse, Impulses};
+use crate::prepared::Prepared;
+use crate::problem::{ContactProblem, Impulse, Impulses, Twist};
 use crate::residual::residual_of;
 use crate::watch::Watch;
-use carom_math::{Column, Inertia, Space};
+use carom_math::{Column, Space};
 
 /// The exact solver; holds memory between solves.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +25,12 @@ pub struct ExactContacts<S: Space> {
     prepared: Prepared<S>,
     given: Impulses<S>,
     analyses: Analyses,
+    roots: MassRoots,
+    /// Velocities after the impulses, for judging.
+    after: Vec<Twist<S>>,
+    lines: Memory<1>,
+    plane: Memory<2>,
+    space: Memory<3>,
 }
 
 /// How far below the asked tolerance the solver's own measure goes first: it is not the residual, but within a
@@ -54,10 +61,26 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
             return outcome;
         }
         let smooth = problem.contacts.iter().all(|c| c.friction == 0.0);
+        let asked = (problem, settings);
         match (smooth, S::SLIP) {
-            (true, _) => self.in_dimension::<1>(problem, settings, impulses, watch),
-            (false, 1) => self.in_dimension::<2>(problem, settings, impulses, watch),
-            (false, _) => self.in_dimension::<3>(problem, settings, impulses, watch),
+            (true, _) => {
+                let mut memory = std::mem::take(&mut self.lines);
+                let outcome = self.in_dimension::<1>(asked, impulses, &mut memory, watch);
+                self.lines = memory;
+                outcome
+            }
+            (false, 1) => {
+                let mut memory = std::mem::take(&mut self.plane);
+                let outcome = self.in_dimension::<2>(asked, impulses, &mut memory, watch);
+                self.plane = memory;
+                outcome
+            }
+            (false, _) => {
+                let mut memory = std::mem::take(&mut self.space);
+                let outcome = self.in_dimension::<3>(asked, impulses, &mut memory, watch);
+                self.space = memory;
+                outcome
+            }
         }
     }
 }
@@ -65,14 +88,16 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
 impl<S: Space> ExactContacts<S> {
     fn in_dimension<const D: usize>(
         &mut self,
-        problem: &ContactProblem<S>,
-        settings: &SolveSettings,
+        (problem, settings): (&ContactProblem<S>, &SolveSettings),
         impulses: &mut Impulses<S>,
+        memory: &mut Memory<D>,
         watch: &mut Watch,
     ) -> Outcome {
-        let blocks = self.blocks::<D>(problem);
-        let mut r = start(&blocks, impulses);
-        let (mut iterations, mut factorisations) = (0, 0);
+        let mut blocks = std::mem::take(&mut memory.blocks);
+        self.assemble(problem, &mut blocks);
+        let mut r = memory.pool.zeros(blocks.velocity.len());
+        start(&blocks, impulses, &mut r);
+        let (mut iterations, mut factorisations, mut worth_asking) = (0, 0, false);
         let mut outcome = Outcome::nothing_to_do();
         for attempt in 0..ATTEMPTS {
             let goal = Goal {
@@ -81,14 +106,15 @@ impl<S: Space> ExactContacts<S> {
                 factorisations: settings.factorisations - factorisations,
                 impulses: settings.impulses,
                 early: false,
-                feasibility: false,
             };
-            let answer = solve_blocks(&blocks, &goal, &mut r, &mut self.analyses, watch);
+            let answer = solve_blocks(&blocks, &goal, &mut r, (&mut self.analyses, memory), watch);
+            worth_asking = answer.is_worth_asking();
             iterations += answer.iterations();
             factorisations = (factorisations + answer.factorisations).min(settings.factorisations);
             read(&blocks, &mut r, impulses);
             let spent = (iterations, settings.tolerance);
-            outcome = judged(problem, &self.prepared, spent, &self.given, impulses);
+            let (given, after) = (&self.given, &mut self.after);
+            outcome = judged_in(problem, &self.prepared, spent, (given, impulses), after);
             outcome.factorisations = factorisations;
             let is_short = outcome.stop == Stop::OutOfIterations;
             outcome.stop = match outcome.stop {
@@ -97,11 +123,19 @@ impl<S: Space> ExactContacts<S> {
                 Stop::Converged if answer.not_least => Stop::OutOfIterations,
                 stop => stop,
             };
-            if !is_short || !answer.solved() {
+            let solved = answer.solved();
+            memory.stages = answer.stages;
+            if !is_short || !solved {
                 break;
             }
         }
         self.keep_better(problem, &mut outcome, impulses);
+        // a tolerance of 0 asks for nothing, so nothing is missed
+        if worth_asking && settings.tolerance > 0.0 && !(outcome.residual.absolute <= settings.tolerance) {
+            outcome.strict_feasibility = feasibility_of(&blocks, &mut self.analyses);
+        }
+        memory.blocks = blocks;
+        memory.pool.give([r]);
         outcome
     }
 
@@ -120,70 +154,47 @@ impl<S: Space> ExactContacts<S> {
         }
     }
 
-    /// The problem as rows on bodies of unit mass.
-    fn blocks<const D: usize>(&self, problem: &ContactProblem<S>) -> Blocks<D> {
-        let mut place = vec![NO_BODY; problem.inverse_masses.len()];
-        let mut roots: Vec<(f64, [[f64; 3]; 3])> = Vec::new();
-        for (place, mass) in place.iter_mut().zip(&problem.inverse_masses) {
-            if !mass.is_fixed() {
-                *place = roots.len() as u32;
-                roots.push((mass.linear.sqrt(), root::<S>(&mass.angular)));
-            }
+    /// Writes the problem as rows on bodies of unit mass.
+    fn assemble<const D: usize>(&mut self, problem: &ContactProblem<S>, blocks: &mut Blocks<D>) {
+        self.roots.update(problem);
+        if !matches!(blocks.operator, Operator::Bodies(_)) {
+            blocks.operator = Operator::default();
         }
-        let mut rows =
-            Rows::<D> { freedoms: S::DOF, bodies: roots.len(), pairs: Vec::new(), values: Vec::new() };
-        let mut velocity = Vec::with_capacity(problem.contacts.len());
+        let Operator::Bodies(rows) = &mut blocks.operator else { return };
+        (rows.freedoms, rows.bodies) = (S::DOF, self.roots.count());
+        rows.pairs.clear();
+        rows.values.clear();
+        let velocity = &mut blocks.velocity;
+        velocity.clear();
         for c in &self.prepared.contacts {
-            let pair = [place[c.normal.a as usize], place[c.normal.b as usize]];
-            rows.pairs.push(pair);
-            let direction = |k: usize| if k == 0 { &c.normal } else { &c.tangents[k - 1] };
-            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+            let pair = [c.normal.a as usize, c.normal.b as usize];
+            rows.pairs.push(pair.map(|body| self.roots.place(body)));
+            for (body, sign) in pair.into_iter().zip([1.0, -1.0]) {
                 for k in 0..D {
-                    let root = roots.get(pair[side] as usize);
-                    push_row::<S>(direction(k), side, root, sign, &mut rows.values);
+                    let row = if k == 0 { &c.normal } else { &c.tangents[k - 1] };
+                    let moment = if sign > 0.0 { &row.moment_a } else { &row.moment_b };
+                    self.roots.push::<S>(body, (&row.direction, moment), sign, &mut rows.values);
                 }
             }
             let (normal, slip) = c.relative_velocity(&problem.velocities);
             velocity.push(std::array::from_fn(|k| if k == 0 { normal - c.target } else { slip[k - 1] }));
         }
-        let friction = problem.contacts.iter().map(|c| c.friction).collect();
-        let mut blocks = Blocks::assembled(Operator::Bodies(rows), velocity, friction);
+        blocks.friction.clear();
+        blocks.friction.extend(problem.contacts.iter().map(|c| c.friction));
         blocks.by_contact = true;
-        blocks
+        blocks.complete();
     }
 }
 
-/// One row of B for one body: d times the root of the inverse mass, (r x d) times that of the inverse inertia.
-fn push_row<S: Space>(
-    row: &ContactRow<S>,
-    side: usize,
-    root: Option<&(f64, [[f64; 3]; 3])>,
-    sign: f64,
-    values: &mut Vec<f64>,
-) {
-    let Some((linear, angular)) = root else {
-        values.extend(std::iter::repeat_n(0.0, S::DOF));
-        return;
-    };
-    let moment = if side == 0 { row.moment_a } else { row.moment_b };
-    values.extend(row.direction.as_slice().iter().map(|d| sign * linear * d));
-    for column in 0..S::SPIN {
-        let along: f64 = moment.as_slice().iter().zip(angular).map(|(m, line)| m * line[column]).sum();
-        values.push(sign * along);
-    }
-}
-
-/// The start as arrays on the cones, padded; zero where it is not finite.
-fn start<S: Space, const D: usize>(blocks: &Blocks<D>, impulses: &Impulses<S>) -> Vec<[f64; D]> {
-    let mut r: Vec<[f64; D]> = impulses.contacts.iter().map(to_array).collect();
-    for (r, mu) in r.iter_mut().zip(&blocks.friction) {
+/// The start as arrays on the cones; zero where it is not finite.
+fn start<S: Space, const D: usize>(blocks: &Blocks<D>, impulses: &Impulses<S>, r: &mut [[f64; D]]) {
+    for ((r, impulse), mu) in r.iter_mut().zip(&impulses.contacts).zip(&blocks.friction) {
+        *r = to_array(impulse);
         if !r.iter().all(|x| x.is_finite()) {
             *r = [0.0; D];
         }
         project_on_cone(r, *mu);
     }
-    r.resize(blocks.velocity.len(), [0.0; D]);
-    r
 }
 
 /// Puts r on the cones and into impulses.
@@ -197,28 +208,4 @@ fn read<S: Space, const D: usize>(blocks: &Blocks<D>, r: &mut [[f64; D]], impuls
 
 fn to_array<S: Space, const D: usize>(impulse: &Impulse<S>) -> [f64; D] {
     std::array::from_fn(|k| if k == 0 { impulse.normal } else { impulse.tangent[k - 1] })
-}
-
-/// L with L L^T = I^-1 (Cholesky; a direction that nothing turns gives a zero column).
-fn root<S: Space>(inertia: &S::Inertia) -> [[f64; 3]; 3] {
-    let mut a = [[0.0; 3]; 3];
-    for column in 0..S::SPIN {
-        let unit = S::Spin::from_fn(|k| if k == column { 1.0 } else { 0.0 });
-        let response = inertia.apply(unit);
-        for (row, value) in a.iter_mut().zip(response.as_slice()) {
-            row[column] = *value;
-        }
-    }
-    let mut l = [[0.0; 3]; 3];
-    for j in 0..S::SPIN {
-        let pivot = a[j][j] - (0..j).map(|k| l[j][k] * l[j][k]).sum::<f64>();
-        if !(pivot > 0.0) {
-            continue;
-        }
-        l[j][j] = pivot.sqrt();
-        for i in j + 1..S::SPIN {
-            l[i][j] = (a[i][j] - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>()) / l[j][j];
-        }
-    }
-    l
 }

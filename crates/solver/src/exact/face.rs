@@ -3,6 +3,14 @@
 
 use crate::friction_problem::project_on_cone;
 
+/// A convex set of impulses of one contact.
+pub trait Nearest<const D: usize> {
+    /// The derivative of the projection inside the set: where a search begins.
+    fn inside(&self) -> [[f64; D]; D];
+    /// The nearest point of the set, and the derivative there.
+    fn project(&self, z: &[f64; D]) -> Projected<D>;
+}
+
 /// The impulses that a contact's velocity allows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Face<const D: usize> {
@@ -38,30 +46,6 @@ impl<const D: usize> Face<D> {
         Face::Ray(std::array::from_fn(|k| if k == 0 { 1.0 } else { friction * along[k] / size } / norm))
     }
 
-    /// The derivative inside the face: where a search begins.
-    pub fn inside(&self) -> [[f64; D]; D] {
-        match self {
-            Face::Open => [[0.0; D]; D],
-            Face::Ray(direction) => outer(direction, direction),
-            Face::Cone(_) => std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 })),
-        }
-    }
-
-    /// The nearest point of the face, and the derivative there.
-    pub fn project(&self, z: &[f64; D]) -> Projected<D> {
-        match self {
-            Face::Open => ([0.0; D], [[0.0; D]; D]),
-            Face::Ray(direction) => {
-                let length: f64 = direction.iter().zip(z).map(|(d, z)| d * z).sum();
-                if length <= 0.0 {
-                    return ([0.0; D], [[0.0; D]; D]);
-                }
-                (direction.map(|d| length * d), self.inside())
-            }
-            Face::Cone(friction) => self.project_on_cone(z, *friction),
-        }
-    }
-
     /// On the cone's surface P' has 1 along the surface's line below z, mu r_N / |z_T| across, and 0 outwards.
     fn project_on_cone(&self, z: &[f64; D], friction: f64) -> Projected<D> {
         let mut nearest = *z;
@@ -85,6 +69,30 @@ impl<const D: usize> Face<D> {
             }
         }
         (nearest, derivative)
+    }
+}
+
+impl<const D: usize> Nearest<D> for Face<D> {
+    fn inside(&self) -> [[f64; D]; D] {
+        match self {
+            Face::Open => [[0.0; D]; D],
+            Face::Ray(direction) => outer(direction, direction),
+            Face::Cone(_) => std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 })),
+        }
+    }
+
+    fn project(&self, z: &[f64; D]) -> Projected<D> {
+        match self {
+            Face::Open => ([0.0; D], [[0.0; D]; D]),
+            Face::Ray(direction) => {
+                let length: f64 = direction.iter().zip(z).map(|(d, z)| d * z).sum();
+                if length <= 0.0 {
+                    return ([0.0; D], [[0.0; D]; D]);
+                }
+                (direction.map(|d| length * d), self.inside())
+            }
+            Face::Cone(friction) => self.project_on_cone(z, *friction),
+        }
     }
 }
 

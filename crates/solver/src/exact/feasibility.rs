@@ -52,7 +52,7 @@ fn search<const D: usize>(solve: &mut Solve<'_, D>, weight: f64) -> (f64, bool) 
     let push: Vec<f64> = solve.scaled.stretch[..count].iter().map(|p| p[0]).collect();
     // a start of the size of its own residual: from a smaller one steps stay short
     let size = weight / (1.0 + push.iter().sum::<f64>());
-    let mut pair = Pair::cold(&solve.scaled, size);
+    let mut pair = Pair::cold(&solve.scaled, size, &mut solve.pool);
     solve.scaled.velocities(&pair.x, &mut pair.u);
     let high = pair.u[..count].as_flattened().iter().fold(largest, |m, u| m.max(u.abs()));
     pair.y.iter_mut().for_each(|y| y[0] = high);

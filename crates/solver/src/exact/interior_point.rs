@@ -6,7 +6,7 @@
 use super::newton::finish;
 use super::scaled::Scaled;
 use super::stage::{Solve, StageEnd};
-use super::step::{Pair, Trial, centrality, direction, prepare, reach, take};
+use super::step::{Pair, centrality, direction, prepare, reach, take};
 
 /// Where and how the interior point starts.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,9 @@ const STEPS: usize = 60;
 
 /// What the iterations so far say about going on.
 struct Trend {
-    history: Vec<f64>,
+    /// The best errors after each step so far.
+    history: [f64; STEPS + 1],
+    steps: usize,
     jammed: usize,
     last_try: f64,
 }
@@ -35,14 +37,15 @@ struct Trend {
 impl Trend {
     /// True when twelve steps brought less than a fifth.
     fn stalls(&mut self, best: f64) -> bool {
-        self.history.push(best);
-        let n = self.history.len();
+        self.history[self.steps] = best;
+        self.steps += 1;
+        let n = self.steps;
         n > 13 && self.history[n - 1] > 0.8 * self.history[n - 13]
     }
     /// True after three steps in a row that were blocked at once.
     fn jams(&mut self, step: f64) -> bool {
         self.jammed = if step < 0.05 { self.jammed + 1 } else { 0 };
-        self.jammed >= 3 && self.history.len() > 6
+        self.jammed >= 3 && self.steps > 6
     }
 }
 
@@ -52,7 +55,7 @@ pub fn interior_point<const D: usize>(
     start: Start,
     x: &mut Vec<[f64; D]>,
 ) -> StageEnd {
-    let pair = Pair::cold(&solve.scaled, start.size);
+    let pair = Pair::cold(&solve.scaled, start.size, &mut solve.pool);
     interior_point_from(solve, start, pair, x)
 }
 
@@ -63,7 +66,18 @@ pub fn interior_point_from<const D: usize>(
     mut pair: Pair<D>,
     x: &mut Vec<[f64; D]>,
 ) -> StageEnd {
-    let mut trend = Trend { history: Vec::new(), jammed: 0, last_try: f64::INFINITY };
+    let end = steps(solve, start, &mut pair, x);
+    solve.pool.give_pair(pair);
+    end
+}
+
+fn steps<const D: usize>(
+    solve: &mut Solve<'_, D>,
+    start: Start,
+    pair: &mut Pair<D>,
+    x: &mut Vec<[f64; D]>,
+) -> StageEnd {
+    let mut trend = Trend { history: [0.0; STEPS + 1], steps: 0, jammed: 0, last_try: f64::INFINITY };
     let mut best = f64::INFINITY;
     for iteration in 0..=STEPS {
         solve.scaled.velocities(&pair.x, &mut pair.u);
@@ -91,7 +105,7 @@ pub fn interior_point_from<const D: usize>(
         if solve.spent() {
             return StageEnd::OutOfBudget;
         }
-        match step(solve, &mut pair, start) {
+        match step(solve, pair, start) {
             Some(length) if !trend.jams(length) => {}
             _ => return StageEnd::Stuck,
         }
@@ -125,19 +139,19 @@ fn step<const D: usize>(solve: &mut Solve<'_, D>, pair: &mut Pair<D>, start: Sta
     let longest = go(pair, sigma * m, true)?;
     let mut found = trial(scaled, pair, (longest, m, least));
     if found < 0.3 {
-        let mut kept = Trial::of(pair, found);
+        pair.put_aside();
         for sigma in [0.3, 0.8] {
             let longest = go(pair, sigma * m, false)?;
             let length = trial(scaled, pair, (longest, m, least));
-            if length > 1.5 * kept.length {
-                kept = Trial::of(pair, length);
+            if length > 1.5 * found {
+                pair.put_aside();
+                found = length;
             }
-            if kept.length > 0.3 {
+            if found > 0.3 {
                 break;
             }
         }
-        found = kept.length;
-        kept.put_back(pair);
+        pair.take_back();
     }
     take(scaled, pair, found);
     pair.is_finite().then_some(found)

@@ -47,6 +47,10 @@ impl Triangle {
 }
 
 impl<const D: usize> Krylov<D> {
+    /// Forgets all numbers: padding must be zero whatever the size before was.
+    pub fn forget(&mut self) {
+        self.basis.iter_mut().chain(&mut self.directions).for_each(Vec::clear);
+    }
     /// All vectors are padded, with zeros. Adds to x what brings its `residual` down to `enough`, or as far as steps help; the size of what is left.
     pub fn correct(
         &mut self,

@@ -6,8 +6,8 @@
 //! solved to rounding first, so neither the order of contacts nor a start enters.
 
 use super::blocks::Blocks;
-use super::bodies::BodySpace;
-use super::face::Face;
+use super::bodies::{BodySpace, Rows};
+use super::face::{Face, Nearest};
 use super::newton::finish;
 use super::operator::{Matrix, Operator};
 use super::root::Root;
@@ -18,9 +18,9 @@ use super::system::Block;
 const SHARPEN: usize = 8;
 /// Speeds below this share of the largest velocity count as rest: half-way, in digits, between rounding and what is
 /// asked for.
-const REST: f64 = 1e-9;
+pub const REST: f64 = 1e-9;
 /// The velocities must be known this well, as a share of the largest, for `REST` to tell rest from motion.
-const KNOWN: f64 = 0.1 * REST;
+pub const KNOWN: f64 = 0.1 * REST;
 /// delta, as a share of the mean norm of the diagonal blocks of W: a step leaves about delta over W's least eigenvalue of
 /// what is off, and rounding over delta.
 const DELTA: f64 = 1e-10;
@@ -46,24 +46,14 @@ pub fn least<const D: usize>(solve: &mut Solve<'_, D>) -> Option<Vec<[f64; D]>> 
     let mut found = vec![[0.0; D]; blocks.velocity.len()];
     solve.scaled.to_impulses(&solve.best, &mut found);
     let faces = faces(blocks, &found);
-    let mut search = Search::new(blocks, &faces, &found);
-    let mut best = (f64::INFINITY, found.clone());
-    let mut stalled = 0;
-    for _ in 0..STEPS {
-        let off = search.off();
-        stalled = if off < 0.5 * best.0 { 0 } else { stalled + 1 };
-        if off < best.0 {
-            best = (off, search.impulses.clone());
-        }
-        if best.0 <= f64::EPSILON || (best.0 <= SAME && stalled > 1) || solve.spent() {
-            break;
-        }
-        solve.system.factorisations += 1;
-        if !search.step(&mut space) {
-            break;
-        }
-    }
-    (best.0 <= SAME).then_some(best.1)
+    let zero = vec![[0.0; D]; found.len()];
+    let size = blocks.largest_velocity();
+    let sought = Sought { operator: &blocks.operator, size, faces: &faces, found: &found, centre: &zero };
+    sought.find(&mut space, &mut || {
+        let left = !solve.spent();
+        solve.system.factorisations += usize::from(left);
+        left
+    })
 }
 
 /// The faces that the velocities of impulses allow.
@@ -79,12 +69,44 @@ fn faces<const D: usize>(blocks: &Blocks<D>, r: &[[f64; D]]) -> Vec<Face<D>> {
         .collect()
 }
 
-/// An iterate of the method.
-struct Search<'a, const D: usize> {
-    blocks: &'a Blocks<D>,
-    faces: &'a [Face<D>],
+/// What is looked for: the point of the faces nearest to a centre whose W r is that of what was found.
+pub struct Sought<'a, F, const D: usize> {
+    /// W.
+    pub operator: &'a Operator<D>,
+    /// Largest velocity \[m/s\].
+    pub size: f64,
+    /// Where impulses may lie, per contact.
+    pub faces: &'a [F],
     /// r*.
-    found: &'a [[f64; D]],
+    pub found: &'a [[f64; D]],
+    /// The centre: zero for the least impulses.
+    pub centre: &'a [[f64; D]],
+}
+
+impl<F: Nearest<D>, const D: usize> Sought<'_, F, D> {
+    /// The point, `None` where no step leads to it; `ask` counts a factorisation, and forbids it by false.
+    pub fn find(&self, space: &mut Space<D>, ask: &mut dyn FnMut() -> bool) -> Option<Vec<[f64; D]>> {
+        let mut search = Search::new(self);
+        let mut best = (f64::INFINITY, self.found.to_vec());
+        let mut stalled = 0;
+        for _ in 0..STEPS {
+            let off = search.off();
+            stalled = if off < 0.5 * best.0 { 0 } else { stalled + 1 };
+            if off < best.0 {
+                best = (off, search.impulses.clone());
+            }
+            let done = best.0 <= f64::EPSILON || (best.0 <= SAME && stalled > 1);
+            if done || !ask() || !search.step(space) {
+                break;
+            }
+        }
+        (best.0 <= SAME).then_some(best.1)
+    }
+}
+
+/// An iterate of the method.
+struct Search<'a, F, const D: usize> {
+    sought: &'a Sought<'a, F, D>,
     /// v.
     point: Vec<[f64; D]>,
     /// P_F(v) and P'.
@@ -96,28 +118,28 @@ struct Search<'a, const D: usize> {
     value: f64,
 }
 
-impl<'a, const D: usize> Search<'a, D> {
-    /// v = 0, seen from inside the faces: where no bound presses, the first step is the last.
-    fn new(blocks: &'a Blocks<D>, faces: &'a [Face<D>], found: &'a [[f64; D]]) -> Self {
-        let zero = vec![[0.0; D]; found.len()];
-        let apart = found.iter().map(|r| r.map(|r| -r)).collect();
-        Search {
-            blocks,
-            faces,
-            found,
-            derivative: faces.iter().map(Face::inside).collect(),
+impl<'a, F: Nearest<D>, const D: usize> Search<'a, F, D> {
+    /// The centre, seen from inside the faces: where no bound presses, the first step is the last.
+    fn new(sought: &'a Sought<'a, F, D>) -> Self {
+        let zero = vec![[0.0; D]; sought.found.len()];
+        let mut search = Search {
+            sought,
+            point: sought.centre.to_vec(),
             impulses: zero.clone(),
-            point: zero,
-            apart,
+            derivative: vec![[[0.0; D]; D]; sought.faces.len()],
+            apart: zero,
             value: 0.0,
-        }
+        };
+        search.look();
+        search.derivative = sought.faces.iter().map(F::inside).collect();
+        search
     }
     /// Largest change of a velocity against the solution found, as a share of the largest.
     fn off(&self) -> f64 {
         let mut change = vec![[0.0; D]; self.apart.len()];
-        self.blocks.operator.product(&self.apart, &mut change, &mut Vec::new());
+        self.sought.operator.product(&self.apart, &mut change, &mut Vec::new());
         let largest = change.as_flattened().iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-        largest / self.blocks.largest_velocity()
+        largest / self.sought.size
     }
     /// One step; false where none leads down.
     fn step(&mut self, space: &mut Space<D>) -> bool {
@@ -141,11 +163,17 @@ impl<'a, const D: usize> Search<'a, D> {
     }
     /// Everything that follows from v.
     fn look(&mut self) {
-        for (i, face) in self.faces.iter().enumerate() {
+        let found = self.sought.found;
+        for (i, face) in self.sought.faces.iter().enumerate() {
             (self.impulses[i], self.derivative[i]) = face.project(&self.point[i]);
-            self.apart[i] = std::array::from_fn(|k| self.impulses[i][k] - self.found[i][k]);
         }
-        self.value = 0.5 * dot(&self.impulses, &self.impulses) - dot(self.found, &self.point);
+        for (apart, (own, found)) in self.apart.iter_mut().zip(self.impulses.iter().zip(found)) {
+            *apart = std::array::from_fn(|k| own[k] - found[k]);
+        }
+        // P.v - |P|^2 / 2 is |P|^2 / 2 where the faces are cones
+        self.value = dot(&self.impulses, &self.point)
+            - 0.5 * dot(&self.impulses, &self.impulses)
+            - dot(found, &self.point);
     }
 }
 
@@ -154,7 +182,7 @@ fn dot<const D: usize>(a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
 }
 
 /// The linear systems of the steps.
-struct Space<const D: usize> {
+pub struct Space<const D: usize> {
     form: Form<D>,
     delta: f64,
 }
@@ -181,6 +209,10 @@ impl<const D: usize> Space<D> {
             }
         };
         Some(Space { form, delta })
+    }
+    /// The systems on bodies, with the mean norm of W's diagonal blocks.
+    pub fn on_bodies(rows: Rows<D>, mean: f64) -> Self {
+        Space { form: Form::Bodies(Box::new(BodySpace::new(rows))), delta: DELTA * mean }
     }
     /// dv for P' and P_F(v) - r*; `None` where the numbers end.
     fn direction(&mut self, derivative: &[Block<D>], apart: &[[f64; D]]) -> Option<Vec<[f64; D]>> {

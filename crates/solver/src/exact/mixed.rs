@@ -4,6 +4,8 @@
 //! I - P' (I - m A) - dP/dlimit are factorised with pivots, for they are neither symmetric nor definite. Where plain
 //! Newton stalls, proximal points (stage D of `exact`): u + w (x - c) / m around a centre c.
 
+use super::minimum_norm::KNOWN;
+use super::minimum_norm_mixed::{largest_velocity, least};
 use crate::cone::project;
 use crate::delassus::{Csr, delassus_of};
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings};
@@ -35,6 +37,8 @@ const OUTER: usize = 40;
 const WEIGHT: f64 = 0.1;
 /// Shorter steps are not tried: 1/32.
 const HALVINGS: usize = 5;
+/// How far below `KNOWN` the velocities are solved, where that can be had, before the least impulses are looked for.
+const SHARP: f64 = 1e-2;
 /// Least shift of the diagonal, in shares of the row's own: what keeps redundant rows regular.
 const SHIFT: f64 = 1e-10;
 
@@ -105,18 +109,22 @@ pub fn solve_mixed<S: Space>(
     impulses: &mut Impulses<S>,
     watch: &mut Watch,
 ) -> Outcome {
-    if settings.impulses == ImpulseChoice::MinimumNorm {
-        let reason =
-            "exact finds minimum-norm impulses of contacts with Coulomb's disc alone; take any impulses";
-        let residual = residual_of(problem, prepared, impulses);
-        return Outcome::new(0, residual, Stop::Refused(reason.into()));
+    let is_least = settings.impulses == ImpulseChoice::MinimumNorm;
+    let asked = settings.tolerance;
+    let mut settings = *settings;
+    if is_least {
+        impulses.reset(problem);
+        // errors of the velocities come back in the impulses, larger by what redundant contacts weigh
+        settings.tolerance = asked.min(SHARP * KNOWN * largest_velocity(problem, prepared));
     }
     let mut sweeps = OnBodies::<S, Nncg>::default();
-    let mut newton = Newton::of(problem, prepared, settings);
+    let mut newton = Newton::of(problem, prepared, &settings);
     let (mut swept, mut stop) = (0, Stop::OutOfIterations);
     for round in 0..ROUNDS {
-        let iterations = settings.iterations.min(SWEEPS << round.min(8));
-        let outcome = sweeps.work(problem, &SolveSettings { iterations, ..*settings }, impulses, watch);
+        // sweeps depend on the order of contacts; the least impulses must not where that can be helped
+        let most = if is_least && round == 0 { 0 } else { SWEEPS << round.min(8) };
+        let iterations = settings.iterations.min(most);
+        let outcome = sweeps.work(problem, &SolveSettings { iterations, ..settings }, impulses, watch);
         swept += outcome.iterations;
         newton.keep(outcome.residual, impulses);
         match outcome.stop {
@@ -139,6 +147,9 @@ pub fn solve_mixed<S: Space>(
         if let Some((_, found)) = &newton.best {
             impulses.copy_from(found);
         }
+    }
+    if is_least && matches!(stop, Stop::Converged | Stop::OutOfIterations) {
+        stop = newton.least(asked, watch);
     }
     let residual = match newton.best {
         Some((residual, found)) => {
@@ -165,6 +176,39 @@ impl<'a, S: Space> Newton<'a, S> {
             factorisations: 0,
             best: None,
         }
+    }
+
+    /// Puts the least impulses with the velocities of the best answer in its place, where they are found.
+    fn least(&mut self, tolerance: f64, watch: &mut Watch) -> Stop {
+        let Some((_, start)) = self.best.clone() else { return Stop::OutOfIterations };
+        // to rounding: what rests must be told from what moves
+        self.settings.tolerance = f64::EPSILON * largest_velocity(self.problem, self.prepared);
+        if let End::Over(Stop::Interrupted) = self.plain(&start, watch) {
+            return Stop::Interrupted;
+        }
+        let known = KNOWN * largest_velocity(self.problem, self.prepared);
+        let Some((_, start)) = self.best.clone().filter(|b| b.0.absolute <= known) else {
+            return Stop::OutOfIterations;
+        };
+        let most = self.settings.factorisations;
+        let mut ask = || {
+            let left = self.factorisations < most;
+            self.factorisations += usize::from(left);
+            left
+        };
+        let found = if S::SLIP == 1 {
+            least::<S, 3>(self.problem, self.prepared, &start, &mut ask)
+        } else {
+            least::<S, 6>(self.problem, self.prepared, &start, &mut ask)
+        };
+        let Some(mut found) = found else { return Stop::OutOfIterations };
+        project(self.problem, &mut found);
+        let residual = residual_of(self.problem, self.prepared, &found);
+        if residual.absolute > tolerance {
+            return Stop::OutOfIterations;
+        }
+        self.best = Some((residual, found));
+        Stop::Converged
     }
 
     /// Keeps the better of two answers; whether it is much better.

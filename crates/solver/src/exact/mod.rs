@@ -20,7 +20,10 @@ pub(crate) mod judge;
 mod krylov;
 pub(crate) mod lane;
 pub(crate) mod local;
+mod mass_roots;
+mod memory;
 mod minimum_norm;
+mod minimum_norm_mixed;
 mod mixed;
 mod newton;
 pub(crate) mod operator;
@@ -37,6 +40,7 @@ pub(crate) mod sweeps;
 mod system;
 mod warm;
 mod way;
+mod whole_face;
 
 use crate::friction_problem::{FrictionProblem, Measure, measure, measured_in, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
@@ -49,6 +53,7 @@ use blocks::Blocks;
 pub use contacts::ExactContacts;
 use interior_point::{CENTRED, Start, interior_point};
 use judge::Errors;
+use memory::Memory;
 use path::follow;
 use proximal::proximal;
 use stage::{Solve, StageEnd};
@@ -84,8 +89,6 @@ struct Goal {
     /// Newton from the sweeps before the interior point. Its answers lie on the edges of the cones where others are
     /// as good, and are worse starts for the next step than the interior point's.
     early: bool,
-    /// Tell the strict feasibility of what is not solved; its factorisations are beside the budget.
-    feasibility: bool,
 }
 
 impl Goal {
@@ -102,7 +105,6 @@ struct Answer {
     factorisations: usize,
     /// True where the least impulses were asked for and not found.
     not_least: bool,
-    strict_feasibility: Option<f64>,
 }
 
 impl Answer {
@@ -117,6 +119,10 @@ impl Answer {
     }
     fn out_of_budget(&self) -> bool {
         self.end == StageEnd::OutOfBudget
+    }
+    /// True where the strict feasibility of what is not solved is worth its factorisations: not after a short budget.
+    fn is_worth_asking(&self) -> bool {
+        !self.interrupted() && (!self.out_of_budget() || self.factorisations >= WORTH_ASKING)
     }
 }
 
@@ -208,9 +214,11 @@ fn in_dimension<const D: usize>(
         factorisations: settings.factorisations,
         impulses: settings.impulses,
         early: true,
-        feasibility: true,
     };
-    let answer = solve_blocks(&blocks, &goal, &mut r, &mut Analyses::default(), watch);
+    let (mut analyses, mut memory) = (Analyses::default(), Memory::default());
+    let answer = solve_blocks(&blocks, &goal, &mut r, (&mut analyses, &mut memory), watch);
+    let asked = !answer.solved() && answer.is_worth_asking();
+    let strict_feasibility = asked.then(|| feasibility_of(&blocks, &mut analyses)).flatten();
     for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
         project_on_cone(r, blocks.friction[i]);
     }
@@ -238,7 +246,7 @@ fn in_dimension<const D: usize>(
         factorisations: answer.factorisations,
         seconds,
         reason,
-        strict_feasibility: if solved { None } else { answer.strict_feasibility },
+        strict_feasibility: if solved { None } else { strict_feasibility },
     }
 }
 
@@ -254,9 +262,14 @@ pub fn strict_feasibility(problem: &FrictionProblem) -> Option<f64> {
 }
 
 fn feasibility_in<const D: usize>(problem: &FrictionProblem) -> Option<f64> {
-    let blocks = Blocks::<D>::of(problem);
+    feasibility_of(&Blocks::<D>::of(problem), &mut Analyses::default())
+}
+
+/// The same of blocks; its factorisations are beside all budgets.
+fn feasibility_of<const D: usize>(blocks: &Blocks<D>, analyses: &mut Analyses) -> Option<f64> {
     let mut watch = unwatched;
-    let mut solve = Solve::of(&blocks, (0.0, usize::MAX), &mut Analyses::default(), &mut watch);
+    let mut memory = Memory::default();
+    let mut solve = Solve::of(blocks, (0.0, usize::MAX), (analyses, &mut memory), &mut watch);
     feasibility::strict_feasibility(&mut solve)
 }
 
@@ -280,66 +293,81 @@ fn solve_blocks<const D: usize>(
     blocks: &Blocks<D>,
     goal: &Goal,
     r: &mut [[f64; D]],
-    analyses: &mut Analyses,
+    (analyses, memory): (&mut Analyses, &mut Memory<D>),
     watch: &mut Watch,
 ) -> Answer {
-    let mut u = vec![[0.0; D]; r.len()];
     if goal.is_least() {
         r.fill([0.0; D]);
     }
-    let given = r.iter().any(|r| *r != [0.0; D]).then(|| r.to_vec());
+    let given = r.iter().any(|r| *r != [0.0; D]).then(|| memory.pool.copy(r));
     // sweeps depend on the order of contacts; the least impulses must not
     let most = match given {
         _ if goal.is_least() => 0,
         Some(_) => goal.sweeps.min(warm::SWEEPS),
         None => goal.sweeps,
     };
-    let (count, errors, ended) = sweeps::sweeps(blocks, (goal.tolerance, most), (r, &mut u), watch);
+    let mut u = memory.pool.zeros(r.len());
+    let limits = (goal.tolerance, most);
+    let (count, errors, ended) = sweeps::sweeps(blocks, limits, (r, &mut u), &mut memory.sweeps, watch);
+    memory.pool.give([u]);
+    let mut stages = std::mem::take(&mut memory.stages);
+    stages.clear();
+    stages.push(Stage { name: "sweeps", iterations: count });
     let mut answer = Answer {
         errors,
         end: if ended == Ended::Interrupted { StageEnd::Interrupted } else { StageEnd::Solved },
-        stages: vec![Stage { name: "sweeps", iterations: count }],
+        stages,
         factorisations: 0,
         not_least: goal.is_least(),
-        strict_feasibility: None,
     };
-    if ended != Ended::LeftOff {
-        return answer;
+    if ended == Ended::LeftOff {
+        if goal.factorisations == 0 {
+            answer.end = StageEnd::OutOfBudget;
+        } else {
+            let limits = (goal.tolerance, goal.factorisations);
+            let mut watched = |p: &Progress| watch(p);
+            let mut solve = Solve::of(blocks, limits, (analyses, memory), &mut watched);
+            second_order(&mut solve, goal, (r, given.as_deref()), &mut answer);
+            solve.leave(memory);
+        }
     }
-    if goal.factorisations == 0 {
-        answer.end = StageEnd::OutOfBudget;
-        return answer;
-    }
-    let mut watched = |p: &Progress| watch(p);
-    let mut solve = Solve::of(blocks, (goal.tolerance, goal.factorisations), analyses, &mut watched);
+    memory.pool.give(given);
+    answer
+}
+
+/// The stages that factorise, from what the sweeps left in r.
+fn second_order<const D: usize>(
+    solve: &mut Solve<'_, D>,
+    goal: &Goal,
+    (r, given): (&mut [[f64; D]], Option<&[[f64; D]]>),
+    answer: &mut Answer,
+) {
     solve.scaled.in_cone_units(r, &mut solve.best);
-    solve.best_errors = errors;
+    solve.best_errors = answer.errors;
     answer.end = match given {
-        Some(r) => warm::restart(&mut solve, &r, &mut answer.stages),
+        Some(given) => warm::restart(solve, given, &mut answer.stages),
         None if goal.is_least() || !goal.early => StageEnd::Stuck,
         None => {
-            let left = solve.best.clone();
-            let end = newton::descend(&mut solve, &left);
+            let left = solve.pool.copy(&solve.best);
+            let end = newton::descend(solve, &left);
+            solve.pool.give([left]);
             answer.stages.push(Stage { name: "newton", iterations: solve.system.factorisations });
             end
         }
     };
     if answer.end == StageEnd::Stuck {
-        answer.end = climb(&mut solve, &mut answer.stages);
+        let mut x = solve.vector();
+        answer.end = climb(solve, &mut x, &mut answer.stages);
+        solve.pool.give([x]);
     }
-    let least = if goal.is_least() && answer.solved() { minimum_norm::least(&mut solve) } else { None };
+    let least = if goal.is_least() && answer.solved() { minimum_norm::least(solve) } else { None };
     answer.errors = solve.best_errors;
     answer.factorisations = solve.system.factorisations;
-    let given_up = answer.end == StageEnd::Stuck || answer.factorisations >= WORTH_ASKING;
-    if goal.feasibility && given_up && !answer.solved() && !answer.interrupted() {
-        answer.strict_feasibility = feasibility::strict_feasibility(&mut solve);
-    }
     solve.scaled.to_impulses(&solve.best, r);
     if let Some(least) = least {
         r.copy_from_slice(&least);
         answer.not_least = false;
     }
-    answer
 }
 
 /// A stage of the ladder.
@@ -377,16 +405,19 @@ const LADDER: [Rung; 14] = [
 const NEAR: f64 = 1e-3;
 
 /// One stage after another until one solves the problem.
-fn climb<const D: usize>(solve: &mut Solve<'_, D>, stages: &mut Vec<Stage>) -> StageEnd {
-    let mut x = solve.vector();
+fn climb<const D: usize>(
+    solve: &mut Solve<'_, D>,
+    x: &mut Vec<[f64; D]>,
+    stages: &mut Vec<Stage>,
+) -> StageEnd {
     for rung in LADDER {
         if matches!(rung, Rung::Near(_)) && !(solve.best_errors.worst() < NEAR) {
             continue;
         }
         let before = solve.system.factorisations;
         let (name, end) = match rung {
-            Rung::Interior(start) => ("interior point", interior_point(solve, start, &mut x)),
-            Rung::Proximal(most) | Rung::Near(most) => ("proximal newton", proximal(solve, &x, WEIGHT, most)),
+            Rung::Interior(start) => ("interior point", interior_point(solve, start, x)),
+            Rung::Proximal(most) | Rung::Near(most) => ("proximal newton", proximal(solve, x, WEIGHT, most)),
             Rung::Path(smoothing, most) => {
                 let end = follow(solve, smoothing, most);
                 x.clone_from(&solve.best);

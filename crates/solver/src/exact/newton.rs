@@ -22,12 +22,16 @@ struct Iteration<const D: usize> {
 }
 
 impl<const D: usize> Iteration<D> {
-    fn new(solve: &Solve<'_, D>, start: &[[f64; D]]) -> Self {
-        let (x, mut u) = (start.to_vec(), solve.vector());
+    fn new(solve: &mut Solve<'_, D>, start: &[[f64; D]]) -> Self {
+        let (x, mut u) = (solve.pool.copy(start), solve.vector());
         solve.scaled.velocities(&x, &mut u);
         let size = natural_size(&solve.scaled, &x, &u);
-        let [dx, next, next_u] = [solve.vector(), solve.vector(), solve.vector()];
+        let [dx, next, next_u] = solve.vectors();
         Iteration { x, u, size, dx, next, next_u, next_size: size }
+    }
+    /// Gives the memory back.
+    fn leave(self, solve: &mut Solve<'_, D>) {
+        solve.pool.give([self.x, self.u, self.dx, self.next, self.next_u]);
     }
     /// Tries a step with `shift` times 1 / rho added to D, halved until the natural map falls or the halvings are
     /// spent; whether it fell, or nothing when the system is singular.
@@ -70,6 +74,12 @@ pub fn finish_far<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], 
 /// At most `most` Newton steps from `start`.
 pub fn finish<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most: usize) -> StageEnd {
     let mut at = Iteration::new(solve, start);
+    let end = steps_to(solve, &mut at, most);
+    at.leave(solve);
+    end
+}
+
+fn steps_to<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>, most: usize) -> StageEnd {
     let (mut best, mut bad) = (f64::INFINITY, 0);
     for iteration in 0..most {
         if solve.spent() {
@@ -110,13 +120,14 @@ const PATIENCE: usize = 5;
 pub fn descend<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]]) -> StageEnd {
     // a matrix that is nearly singular here says nothing of those of the interior point
     solve.system.falls_back = false;
-    let end = steps_down(solve, start);
+    let mut at = Iteration::new(solve, start);
+    let end = steps_down(solve, &mut at);
+    at.leave(solve);
     solve.system.falls_back = true;
     end
 }
 
-fn steps_down<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]]) -> StageEnd {
-    let mut at = Iteration::new(solve, start);
+fn steps_down<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>) -> StageEnd {
     let first = solve.best_errors.worst();
     let mut best = first;
     let (mut error, mut shifted, mut fruitless) = (first, false, 0);

@@ -41,6 +41,12 @@ impl Matrix {
     }
 }
 
+impl<const D: usize> Default for Operator<D> {
+    fn default() -> Self {
+        Operator::Bodies(Rows::default())
+    }
+}
+
 impl<const D: usize> Operator<D> {
     /// Number of contacts.
     pub fn count(&self) -> usize {
@@ -73,9 +79,9 @@ impl<const D: usize> Operator<D> {
             Operator::Bodies(rows) => rows.product(x, bodies, out),
         }
     }
-    /// S W S with S diagonal; a zero in S uncouples its row.
-    pub fn scaled(&self, stretch: &[[f64; D]]) -> Self {
-        match self {
+    /// Becomes S W S with S diagonal; a zero in S uncouples its row.
+    pub fn become_scaled(&mut self, of: &Self, stretch: &[[f64; D]]) {
+        match of {
             Operator::Matrix(m) => {
                 let mut m = Matrix::clone(m);
                 for i in 0..m.graph.nodes() {
@@ -87,17 +93,20 @@ impl<const D: usize> Operator<D> {
                         }
                     }
                 }
-                Operator::Matrix(Arc::new(m))
+                *self = Operator::Matrix(Arc::new(m));
             }
             Operator::Bodies(rows) => {
-                let mut rows = rows.clone();
+                if !matches!(self, Operator::Bodies(_)) {
+                    *self = Operator::default();
+                }
+                let Operator::Bodies(own) = self else { return };
+                own.copy_from(rows);
                 let width = rows.freedoms;
-                for (i, both) in rows.values.chunks_exact_mut(2 * D * width).enumerate() {
+                for (i, both) in own.values.chunks_exact_mut(2 * D * width).enumerate() {
                     for (k, row) in both.chunks_exact_mut(width).enumerate() {
                         row.iter_mut().for_each(|b| *b *= stretch[i][k % D]);
                     }
                 }
-                Operator::Bodies(rows)
             }
         }
     }
@@ -131,12 +140,19 @@ fn assembled<const D: usize>(rows: &Rows<D>, most: usize) -> Option<Matrix> {
         starts.push(neighbours.len() as u32);
     }
     let graph = Graph::new(vec![D as u32; rows.pairs.len()], starts, neighbours);
-    let mut values = vec![0.0; graph.values()];
+    let values = vec![0.0; graph.values()];
+    let mut matrix = Matrix::new(graph, values);
+    assemble(rows, &mut matrix);
+    Some(matrix)
+}
+
+/// Writes the blocks of W = B B^T into a matrix of their pattern.
+pub fn assemble<const D: usize>(rows: &Rows<D>, matrix: &mut Matrix) {
+    let graph = &matrix.graph;
     for i in 0..graph.nodes() {
         for k in graph.row(i) {
             let block = rows.coupling(i, graph.neighbours[k] as usize);
-            values[graph.offsets[k] as usize..][..D * D].copy_from_slice(block.as_flattened());
+            matrix.values[graph.offsets[k] as usize..][..D * D].copy_from_slice(block.as_flattened());
         }
     }
-    Some(Matrix::new(graph, values))
 }

@@ -4,6 +4,7 @@
 //! feasible the curve stays bounded: it can only end at tau = 0 (theory chapter 7). Where tau turns back the sign
 //! of the determinant tells so, and steps go along the tangent.
 
+use super::memory::Pool;
 use super::newton::finish_far;
 use super::scaled::Scaled;
 use super::stage::{Solve, StageEnd};
@@ -44,6 +45,11 @@ struct Curve<const D: usize> {
     slip: Vec<f64>,
     /// The point before a long step that is not yet trusted.
     before: Option<Pair<D>>,
+    /// Memory for one.
+    spare: Pair<D>,
+    /// The tangent, and a way back to the curve.
+    ahead: Way<D>,
+    back: Way<D>,
     /// Points to come without long steps.
     careful: usize,
 }
@@ -53,7 +59,11 @@ pub fn follow<const D: usize>(solve: &mut Solve<'_, D>, smoothing: f64, most: us
     let budget = solve.system.factorisations + most;
     solve.system.careful = true;
     let end = match Curve::begin(solve, smoothing) {
-        Some(mut curve) => curve.run(solve, budget),
+        Some(mut curve) => {
+            let end = curve.run(solve, budget);
+            curve.leave(&mut solve.pool);
+            end
+        }
         None => StageEnd::Stuck,
     };
     solve.system.careful = false;
@@ -73,23 +83,28 @@ fn impulse_size<const D: usize>(solve: &mut Solve<'_, D>) -> Option<f64> {
     for (x, q) in x.iter_mut().zip(&solve.scaled.velocity) {
         *x = q.map(|q| -q);
     }
-    if !solve.system.factorize() || !solve.system.solve(&solve.scaled, &mut x) {
-        return None;
-    }
+    let solved = solve.system.factorize() && solve.system.solve(&solve.scaled, &mut x);
     let sum: f64 = x[..count].as_flattened().iter().map(|x| x * x).sum();
-    Some((sum / count as f64).sqrt().max(1.0))
+    solve.pool.give([x]);
+    solved.then(|| (sum / count as f64).sqrt().max(1.0))
 }
 
 impl<const D: usize> Curve<D> {
     fn begin(solve: &mut Solve<'_, D>, smoothing: f64) -> Option<Self> {
         let size = impulse_size(solve)?;
-        let mut pair = Pair::cold(&solve.scaled, size);
+        let mut pair = Pair::cold(&solve.scaled, size, &mut solve.pool);
         solve.scaled.velocities(&pair.x, &mut pair.u);
-        let offset: Vec<[f64; D]> =
-            pair.y.iter().zip(&pair.u).map(|(y, u)| std::array::from_fn(|k| y[k] - u[k])).collect();
+        let mut offset = solve.vector();
+        for (offset, (y, u)) in offset.iter_mut().zip(pair.y.iter().zip(&pair.u)) {
+            *offset = std::array::from_fn(|k| y[k] - u[k]);
+        }
+        let pool = &mut solve.pool;
         Some(Curve {
-            residual: offset.clone(),
-            slip: vec![0.0; offset.len()],
+            residual: pool.copy(&offset),
+            slip: pool.numbers(offset.len()),
+            spare: pool.pair(),
+            ahead: Way::new(pool),
+            back: Way::new(pool),
             offset,
             start: size,
             smoothing,
@@ -98,6 +113,15 @@ impl<const D: usize> Curve<D> {
             before: None,
             careful: 0,
         })
+    }
+
+    /// Gives the memory back.
+    fn leave(self, pool: &mut Pool<D>) {
+        pool.give([self.offset, self.residual]);
+        pool.give_numbers(self.slip);
+        self.ahead.leave(pool);
+        self.back.leave(pool);
+        [self.pair, self.spare].into_iter().chain(self.before).for_each(|pair| pool.give_pair(pair));
     }
 
     fn run(&mut self, solve: &mut Solve<'_, D>, budget: usize) -> StageEnd {
@@ -139,7 +163,7 @@ impl<const D: usize> Curve<D> {
         let count = scaled.count();
         self.look(scaled, system, m)?;
         let affine = self.toward(scaled, system, (0.0, false))?.min(1.0);
-        let ahead = Way::of(&self.pair, count);
+        self.ahead.take(&self.pair, count);
         let after = self.pair.complementarity_after(affine) / count as f64;
         let onward = system.determinant_sign();
         if onward < 0.0 && self.undo() {
@@ -150,12 +174,12 @@ impl<const D: usize> Curve<D> {
         } else if onward > 0.0 && affine > STRAIGHT {
             let sigma = (after.max(0.0) / m).powi(3).clamp(1e-8, 1.0);
             if let Some(length) = self.long_step(scaled, system, sigma) {
-                self.before = Some(self.pair.clone());
+                self.remember();
                 take(scaled, &mut self.pair, length);
                 return self.pair.is_finite().then_some(());
             }
         }
-        let length = self.tangent_step(scaled, system, (&ahead, onward))?;
+        let length = self.tangent_step(scaled, system, onward)?;
         if length > 0.0 {
             take(scaled, &mut self.pair, length);
         }
@@ -198,10 +222,25 @@ impl<const D: usize> Curve<D> {
         longest.is_finite().then_some(longest)
     }
 
+    /// Keeps the present point until the step from it is trusted.
+    fn remember(&mut self) {
+        let mut kept = std::mem::take(&mut self.spare);
+        kept.copy_from(&self.pair);
+        self.trust();
+        self.before = Some(kept);
+    }
+
+    /// Forgets the point before the last long step.
+    fn trust(&mut self) {
+        if let Some(before) = self.before.take() {
+            self.spare = before;
+        }
+    }
+
     /// Goes back to the point before the last long step, if that is still in doubt.
     fn undo(&mut self) -> bool {
         let Some(before) = self.before.take() else { return false };
-        self.pair = before;
+        self.spare = std::mem::replace(&mut self.pair, before);
         self.careful = PATIENCE;
         true
     }
@@ -223,31 +262,27 @@ impl<const D: usize> Curve<D> {
 
     /// Makes a step back to the curve, across the tangent, and ahead along it where the curve is near, the present
     /// direction; its length, 0 when a long step was taken back instead.
-    fn tangent_step(
-        &mut self,
-        scaled: &Scaled<D>,
-        system: &mut System<D>,
-        (ahead, onward): (&Way<D>, f64),
-    ) -> Option<f64> {
+    fn tangent_step(&mut self, scaled: &Scaled<D>, system: &mut System<D>, onward: f64) -> Option<f64> {
         let count = scaled.count();
         self.toward(scaled, system, (1.0, false))?;
-        let back = Way::of(&self.pair, count);
-        back.combine(1.0, ahead, -back.dot(ahead) / ahead.dot(ahead), &mut self.pair);
+        self.back.take(&self.pair, count);
+        let along = -self.back.dot(&self.ahead) / self.ahead.dot(&self.ahead);
+        self.back.combine(1.0, &self.ahead, along, &mut self.pair);
         let across = reach(scaled, &mut self.pair);
-        let back = Way::of(&self.pair, count);
-        let off = back.largest() / (self.share * self.start).sqrt();
+        self.back.take(&self.pair, count);
+        let off = self.back.largest() / (self.share * self.start).sqrt();
         if off > FAR && self.undo() {
             return Some(0.0);
         }
         if !(off < NEAR) {
             return Some((0.9 * across).min(1.0));
         }
-        self.before = None;
-        ahead.combine(onward, ahead, 0.0, &mut self.pair);
+        self.trust();
+        self.ahead.combine(onward, &self.ahead, 0.0, &mut self.pair);
         let mut far = (0.7 * reach(scaled, &mut self.pair)).min(0.9);
         let mut length = 0.0;
         for _ in 0..10 {
-            back.combine(1.0, ahead, onward * far, &mut self.pair);
+            self.back.combine(1.0, &self.ahead, onward * far, &mut self.pair);
             length = (0.9 * reach(scaled, &mut self.pair)).min(1.0);
             if length >= 0.99 && centrality(scaled, &self.pair, length) >= CENTRAL {
                 break;

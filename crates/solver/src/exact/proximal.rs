@@ -20,33 +20,57 @@ struct Inner {
 pub fn proximal<const D: usize>(
     solve: &mut Solve<'_, D>,
     start: &[[f64; D]],
-    mut weight: f64,
+    weight: f64,
     most: usize,
 ) -> StageEnd {
     let budget = solve.system.factorisations + most;
-    let mut x = start.to_vec();
-    let mut moved_before = solve.vector();
+    let x = solve.pool.copy(start);
+    let [moved, before, centre, z] = solve.vectors();
+    let mut drift = Drift { x, moved, before, centre, z, newton: solve.vectors() };
+    let end = outer(solve, &mut drift, weight, budget);
+    let Drift { x, moved, before, centre, z, newton } = drift;
+    solve.pool.give([x, moved, before, centre, z].into_iter().chain(newton));
+    end
+}
+
+/// The iterate of the outer steps.
+struct Drift<const D: usize> {
+    x: Vec<[f64; D]>,
+    /// The last step and the one before.
+    moved: Vec<[f64; D]>,
+    before: Vec<[f64; D]>,
+    centre: Vec<[f64; D]>,
+    /// The iterate of the inner problem, and the vectors of its Newton steps.
+    z: Vec<[f64; D]>,
+    newton: [Vec<[f64; D]>; 4],
+}
+
+fn outer<const D: usize>(
+    solve: &mut Solve<'_, D>,
+    drift: &mut Drift<D>,
+    mut weight: f64,
+    budget: usize,
+) -> StageEnd {
+    let Drift { x, moved, before, centre, z, newton: memory } = drift;
     let mut stretch = 1.0;
     for _ in 0..OUTER {
-        let centre = x.clone();
-        let mut z = x.clone();
-        let inner = match newton(solve, &centre, &mut z, weight, budget) {
+        centre.copy_from_slice(x);
+        z.copy_from_slice(x);
+        let inner = match newton(solve, centre, z, (weight, budget), memory) {
             Ok(inner) => inner,
             Err(end) => return end,
         };
         if inner.solved || inner.last < 0.3 * inner.first {
-            let moved: Vec<[f64; D]> =
-                z.iter().zip(&centre).map(|(a, b)| std::array::from_fn(|k| a[k] - b[k])).collect();
-            stretch = if inner.solved && parallel(&moved, &moved_before) {
-                f64::min(2.0 * stretch, 64.0)
-            } else {
-                1.0
-            };
-            x = z;
-            if stretch > 1.0 {
-                advance(&centre, &moved, stretch, &mut x);
+            for (moved, (a, b)) in moved.iter_mut().zip(z.iter().zip(centre.iter())) {
+                *moved = std::array::from_fn(|k| a[k] - b[k]);
             }
-            moved_before = moved;
+            stretch =
+                if inner.solved && parallel(moved, before) { f64::min(2.0 * stretch, 64.0) } else { 1.0 };
+            std::mem::swap(x, z);
+            if stretch > 1.0 {
+                advance(centre, moved, stretch, x);
+            }
+            std::mem::swap(moved, before);
             if inner.solved && inner.steps <= 4 {
                 weight *= 0.5;
             } else if !inner.solved && inner.steps > 8 {
@@ -71,19 +95,19 @@ fn newton<const D: usize>(
     solve: &mut Solve<'_, D>,
     centre: &[[f64; D]],
     z: &mut Vec<[f64; D]>,
-    weight: f64,
-    budget: usize,
+    (weight, budget): (f64, usize),
+    memory: &mut [Vec<[f64; D]>; 4],
 ) -> Result<Inner, StageEnd> {
-    let (mut plain, mut u) = (solve.vector(), solve.vector());
-    let (mut next, mut dx) = (solve.vector(), solve.vector());
+    memory.iter_mut().for_each(|vector| vector.fill([0.0; D]));
+    let [plain, u, next, dx] = memory;
     let velocities = |solve: &Solve<'_, D>, z: &[[f64; D]], plain: &mut [[f64; D]], u: &mut [[f64; D]]| {
         solve.scaled.velocities(z, plain);
         for i in 0..solve.scaled.count() {
             u[i] = std::array::from_fn(|k| plain[i][k] + weight * (z[i][k] - centre[i][k]));
         }
     };
-    velocities(solve, z, &mut plain, &mut u);
-    let mut size = natural_size(&solve.scaled, z, &u);
+    velocities(solve, z, plain, u);
+    let mut size = natural_size(&solve.scaled, z, u);
     let mut inner = Inner { solved: false, steps: 0, first: size, last: size };
     while inner.steps < INNER && solve.system.factorisations <= budget && !solve.spent() {
         let moved = distance(z, centre, solve.scaled.count());
@@ -92,16 +116,16 @@ fn newton<const D: usize>(
             break;
         }
         let system = &mut solve.system;
-        newton_rows(&solve.scaled, (z, &u), (weight, 0.0), (&mut system.blocks, &mut dx));
-        if !system.factorize() || !system.solve(&solve.scaled, &mut dx) {
+        newton_rows(&solve.scaled, (z, u), (weight, 0.0), (&mut system.blocks, dx));
+        if !system.factorize() || !system.solve(&solve.scaled, dx) {
             break;
         }
         let mut step = 1.0;
         let mut accepted = None;
         for halving in 0..8 {
-            advance(z, &dx, step, &mut next);
-            velocities(solve, &next, &mut plain, &mut u);
-            let found = natural_size(&solve.scaled, &next, &u);
+            advance(z, dx, step, next);
+            velocities(solve, next, plain, u);
+            let found = natural_size(&solve.scaled, next, u);
             let rise = halving == 3 && inner.steps < 4 && found < 2.0 * size;
             if found <= (1.0 - 1e-3 * step) * size || rise {
                 accepted = Some(found);
@@ -113,11 +137,11 @@ fn newton<const D: usize>(
             inner.solved = size < 0.5 * inner.first;
             break;
         };
-        std::mem::swap(z, &mut next);
+        std::mem::swap(z, next);
         size = found;
         inner.steps += 1;
         // the unregularised problem may be solved before the regularised one
-        if solve.judge(z, &plain).solves(solve.tolerance) {
+        if solve.judge(z, plain).solves(solve.tolerance) {
             return Err(StageEnd::Solved);
         }
     }

@@ -12,7 +12,7 @@ use std::cell::RefCell;
 const NO_FRICTION: f64 = 1e-9;
 
 /// W~, q~ and the way back.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Scaled<const D: usize> {
     /// W~.
     pub operator: Operator<D>,
@@ -31,62 +31,59 @@ pub struct Scaled<const D: usize> {
     /// Impulses and velocities in the problem's own units, for judging.
     r: Vec<[f64; D]>,
     u: Vec<[f64; D]>,
+    /// d_i, padded, and P over the root of s_W with zeros where no tangent acts.
+    own: Vec<f64>,
+    shares: Vec<[f64; D]>,
     /// Memory for products through bodies.
     bodies: RefCell<Vec<f64>>,
 }
 
 impl<const D: usize> Scaled<D> {
-    /// The scaled form of a problem.
-    pub fn of(blocks: &Blocks<D>) -> Self {
+    /// Becomes the scaled form of a problem.
+    pub fn update(&mut self, blocks: &Blocks<D>) {
         let (count, padded) = (blocks.count(), blocks.velocity.len());
         let mean = blocks.norms[..count].iter().sum::<f64>() / count.max(1) as f64;
         // Without own units light bodies set the scale for heavy ones: of 34 piles, chains and random problems with masses
         // over 1e6 none is solved with 400 factorisations, with the fourth root two thirds are. The square root, which
         // makes all blocks alike, hides from the start which contacts carry the load: a pile of spheres then takes 373
         // factorisations instead of 28.
-        let own: Vec<f64> = (0..padded)
-            .map(|i| {
-                if i < count && blocks.norms[i] > 0.0 { (mean / blocks.norms[i]).sqrt().sqrt() } else { 1.0 }
-            })
-            .collect();
+        self.own.clear();
+        self.own.extend((0..padded).map(|i| {
+            if i < count && blocks.norms[i] > 0.0 { (mean / blocks.norms[i]).sqrt().sqrt() } else { 1.0 }
+        }));
+        let own = &self.own;
         let largest =
-            blocks.velocity.iter().zip(&own).flat_map(|(q, own)| q.iter().map(move |q| (q * own).abs()));
+            blocks.velocity.iter().zip(own).flat_map(|(q, own)| q.iter().map(move |q| (q * own).abs()));
         let largest = largest.fold(0.0, f64::max);
-        let velocity_unit = if largest > 0.0 { largest } else { 1.0 };
-        let stretch: Vec<[f64; D]> = (0..padded)
-            .map(|i| {
-                let mu = blocks.friction[i];
-                std::array::from_fn(
-                    |k| if k == 0 && mu > NO_FRICTION && D > 1 { own[i] / mu } else { own[i] },
-                )
-            })
-            .collect();
+        self.velocity_unit = if largest > 0.0 { largest } else { 1.0 };
+        self.impulse_unit = self.velocity_unit / mean;
+        self.least = LEAST;
+        self.stretch.clear();
+        self.stretch.extend((0..padded).map(|i| -> [f64; D] {
+            let mu = blocks.friction[i];
+            std::array::from_fn(|k| if k == 0 && mu > NO_FRICTION && D > 1 { own[i] / mu } else { own[i] })
+        }));
         let slides = |i: usize, k: usize| k == 0 || blocks.friction[i] > NO_FRICTION;
-        let shares: Vec<[f64; D]> = (0..count)
-            .map(|i| std::array::from_fn(|k| if slides(i, k) { stretch[i][k] / mean.sqrt() } else { 0.0 }))
-            .collect();
-        let operator = blocks.operator.scaled(&shares);
-        let mut velocity = blocks.velocity.clone();
-        let mut step = vec![1.0; padded];
+        let stretch = &self.stretch;
+        self.shares.clear();
+        self.shares.extend((0..count).map(|i| -> [f64; D] {
+            std::array::from_fn(|k| if slides(i, k) { stretch[i][k] / mean.sqrt() } else { 0.0 })
+        }));
+        self.operator.become_scaled(&blocks.operator, &self.shares);
+        self.velocity.clone_from(&blocks.velocity);
+        self.step.clear();
+        self.step.resize(padded, 1.0);
         for i in 0..count {
             for k in 0..D {
-                velocity[i][k] *= shares[i][k] * mean.sqrt() / velocity_unit;
+                self.velocity[i][k] *= self.shares[i][k] * mean.sqrt() / self.velocity_unit;
             }
-            let block = operator.diagonal_block(i);
+            let block = self.operator.diagonal_block(i);
             let size = block.as_flattened().iter().map(|w| w * w).sum::<f64>().sqrt();
-            step[i] = if size > 0.0 { 1.0 / size } else { 1.0 };
+            self.step[i] = if size > 0.0 { 1.0 / size } else { 1.0 };
         }
-        Scaled {
-            operator,
-            velocity,
-            stretch,
-            step,
-            least: LEAST,
-            impulse_unit: velocity_unit / mean,
-            velocity_unit,
-            r: vec![[0.0; D]; padded],
-            u: vec![[0.0; D]; padded],
-            bodies: RefCell::default(),
+        for vector in [&mut self.r, &mut self.u] {
+            vector.clear();
+            vector.resize(padded, [0.0; D]);
         }
     }
     /// Multiplies the step lengths of the natural map.

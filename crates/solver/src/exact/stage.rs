@@ -5,6 +5,7 @@ use super::blocks::Blocks;
 use super::cone::{dot, natural_map, newton_block, project};
 use super::judge::Errors;
 use super::lane::{Lane, Lanes, lanes, live, load, store};
+use super::memory::{Memory, Pool};
 use super::scaled::Scaled;
 use super::system::System;
 use crate::watch::{Progress, Watch};
@@ -34,6 +35,8 @@ pub struct Solve<'a, const D: usize> {
     /// The best iterate of all stages, in the units of the cone, and its errors.
     pub best: Vec<[f64; D]>,
     pub best_errors: Errors,
+    /// Vectors for all stages.
+    pub pool: Pool<D>,
     pub watch: &'a mut Watch<'a>,
 }
 
@@ -42,27 +45,35 @@ impl<'a, const D: usize> Solve<'a, D> {
     pub fn of(
         blocks: &'a Blocks<D>,
         (tolerance, budget): (f64, usize),
-        analyses: &mut Analyses,
+        (analyses, memory): (&mut Analyses, &mut Memory<D>),
         watch: &'a mut Watch<'a>,
     ) -> Self {
-        let scaled = Scaled::of(blocks);
-        Solve {
-            blocks,
-            system: System::of(&scaled, analyses),
-            tolerance,
-            budget,
-            best: vec![[0.0; D]; scaled.velocity.len()],
-            best_errors: Errors::default(),
-            scaled,
-            watch,
-        }
+        let Memory { scaled, system, pool, .. } = memory;
+        let (mut scaled, mut system) = (std::mem::take(scaled), std::mem::take(system));
+        let mut pool = std::mem::take(pool);
+        scaled.update(blocks);
+        system.update(&scaled, analyses);
+        let best = pool.zeros(scaled.velocity.len());
+        let best_errors = Errors::default();
+        Solve { blocks, scaled, system, tolerance, budget, best, best_errors, pool, watch }
+    }
+    /// Gives the memory back.
+    pub fn leave(self, memory: &mut Memory<D>) {
+        memory.scaled = self.scaled;
+        memory.system = self.system;
+        memory.pool = self.pool;
+        memory.pool.give([self.best]);
     }
 }
 
 impl<const D: usize> Solve<'_, D> {
-    /// A vector over contacts, padded with the unit of the cone so that lanes in the padding stay harmless.
-    pub fn vector(&self) -> Vec<[f64; D]> {
-        vec![[0.0; D]; self.scaled.velocity.len()]
+    /// A vector of zeros over contacts, padded to whole packs.
+    pub fn vector(&mut self) -> Vec<[f64; D]> {
+        self.pool.zeros(self.scaled.velocity.len())
+    }
+    /// Several of them.
+    pub fn vectors<const N: usize>(&mut self) -> [Vec<[f64; D]>; N] {
+        std::array::from_fn(|_| self.vector())
     }
     /// Judges an iterate with u = W~ x + q~ and keeps it when it is the best.
     pub fn judge(&mut self, x: &[[f64; D]], u: &[[f64; D]]) -> Errors {

@@ -4,12 +4,13 @@ use super::cone::{
     Scaling, determinant, dot, longest_step, product, quotient, shifted, slip_direction, tangent_dot,
 };
 use super::lane::{Lane, Lanes, lanes, live, load, store};
+use super::memory::Pool;
 use super::scaled::Scaled;
 use super::stage::store_block;
 use pulp::{Arch, Simd, WithSimd};
 
 /// The iterate of the interior point, its direction and what a step needs in between.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Pair<const D: usize> {
     pub x: Vec<[f64; D]>,
     pub y: Vec<[f64; D]>,
@@ -19,6 +20,9 @@ pub struct Pair<const D: usize> {
     pub dy: Vec<[f64; D]>,
     affine_x: Vec<[f64; D]>,
     affine_y: Vec<[f64; D]>,
+    /// A direction put aside.
+    aside_x: Vec<[f64; D]>,
+    aside_y: Vec<[f64; D]>,
     /// y - u - |y_T| e_1.
     pub residual: Vec<[f64; D]>,
     /// d of the equations above.
@@ -34,25 +38,23 @@ pub struct Pair<const D: usize> {
 
 impl<const D: usize> Pair<D> {
     /// x = size e, y = e.
-    pub fn cold(scaled: &Scaled<D>, size: f64) -> Self {
+    pub fn cold(scaled: &Scaled<D>, size: f64, pool: &mut Pool<D>) -> Self {
         let n = scaled.velocity.len();
-        let unit = |s: f64| vec![std::array::from_fn(|k| if k == 0 { s } else { 0.0 }); n];
-        let zero = vec![[0.0; D]; n];
-        Pair {
-            x: unit(size),
-            y: unit(1.0),
-            u: zero.clone(),
-            dx: zero.clone(),
-            dy: zero.clone(),
-            affine_x: zero.clone(),
-            affine_y: zero.clone(),
-            residual: zero.clone(),
-            pull: zero.clone(),
-            w: zero.clone(),
-            eta: vec![1.0; n],
-            slip: zero,
-            sums: [0.0; 3],
+        let mut pair = pool.pair();
+        let unit = |s: f64| std::array::from_fn(|k| if k == 0 { s } else { 0.0 });
+        for (vector, value) in [(&mut pair.x, unit(size)), (&mut pair.y, unit(1.0))] {
+            vector.clear();
+            vector.resize(n, value);
         }
+        let Pair { u, dx, dy, affine_x, affine_y, aside_x, aside_y, residual, pull, w, slip, .. } = &mut pair;
+        for vector in [u, dx, dy, affine_x, affine_y, aside_x, aside_y, residual, pull, w, slip] {
+            vector.clear();
+            vector.resize(n, [0.0; D]);
+        }
+        pair.eta.clear();
+        pair.eta.resize(n, 1.0);
+        pair.sums = [0.0; 3];
+        pair
     }
     /// m = x.y per contact.
     pub fn complementarity(&mut self, count: usize) -> f64 {
@@ -68,29 +70,38 @@ impl<const D: usize> Pair<D> {
         self.affine_x.copy_from_slice(&self.dx);
         self.affine_y.copy_from_slice(&self.dy);
     }
+    /// Becomes another, whose scaling it takes too.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.x.clone_from(&other.x);
+        self.y.clone_from(&other.y);
+        self.u.clone_from(&other.u);
+        self.dx.clone_from(&other.dx);
+        self.dy.clone_from(&other.dy);
+        self.affine_x.clone_from(&other.affine_x);
+        self.affine_y.clone_from(&other.affine_y);
+        self.aside_x.clone_from(&other.aside_x);
+        self.aside_y.clone_from(&other.aside_y);
+        self.residual.clone_from(&other.residual);
+        self.pull.clone_from(&other.pull);
+        self.w.clone_from(&other.w);
+        self.eta.clone_from(&other.eta);
+        self.slip.clone_from(&other.slip);
+        self.sums = other.sums;
+    }
+    /// Puts the present direction aside.
+    pub fn put_aside(&mut self) {
+        self.aside_x.copy_from_slice(&self.dx);
+        self.aside_y.copy_from_slice(&self.dy);
+    }
+    /// Makes the one put aside the present direction again.
+    pub fn take_back(&mut self) {
+        std::mem::swap(&mut self.dx, &mut self.aside_x);
+        std::mem::swap(&mut self.dy, &mut self.aside_y);
+    }
     /// True when no number is infinite or NaN.
     pub fn is_finite(&self) -> bool {
         let finite = |v: &[[f64; D]]| v.as_flattened().iter().all(|x| x.is_finite());
         finite(&self.x) && finite(&self.y)
-    }
-}
-
-/// A direction put aside with the length it allows.
-pub struct Trial<const D: usize> {
-    pub length: f64,
-    dx: Vec<[f64; D]>,
-    dy: Vec<[f64; D]>,
-}
-
-impl<const D: usize> Trial<D> {
-    /// The present direction.
-    pub fn of(pair: &Pair<D>, length: f64) -> Self {
-        Trial { length, dx: pair.dx.clone(), dy: pair.dy.clone() }
-    }
-    /// Makes it the present direction again.
-    pub fn put_back(self, pair: &mut Pair<D>) {
-        pair.dx = self.dx;
-        pair.dy = self.dy;
     }
 }
 

@@ -107,7 +107,7 @@ const PER_COUPLING: f64 = 1.5;
 const PER_CONTACT: [f64; 3] = [15.0, 15.0, 40.0];
 
 /// How fast the changes of the sweeps fall, and what error goes with a change.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Decay {
     changes: Vec<f64>,
     /// Error over change when it was last measured.
@@ -127,6 +127,16 @@ impl Decay {
     }
 }
 
+/// What sweeps need beside the problem, kept from solve to solve.
+#[derive(Clone, Debug, Default)]
+pub struct SweepMemory<const D: usize> {
+    locals: Vec<Local<D>>,
+    decay: Decay,
+    /// B^T r.
+    bodies: Vec<f64>,
+    best: Vec<[f64; D]>,
+}
+
 /// Sweeps before their decay says anything.
 const LEARNING: usize = 6;
 
@@ -137,26 +147,31 @@ pub fn sweeps<const D: usize>(
     blocks: &Blocks<D>,
     (tolerance, most): (f64, usize),
     (r, u): (&mut [[f64; D]], &mut [[f64; D]]),
+    memory: &mut SweepMemory<D>,
     watch: &mut Watch,
 ) -> (usize, Errors, Ended) {
     let (contacts, couplings) = (blocks.count() as f64, blocks.operator.couplings() as f64);
     let per_sweep = PER_COUPLING * couplings + PER_CONTACT[D - 1] * contacts;
     let interior_point = 14.0 * (250.0 * contacts + 30.0 * couplings) + 2000.0;
     let size = blocks.size();
-    let mut decay = Decay { changes: Vec::with_capacity(64), error_over_change: 1.0 };
-    let mut locals = locals(blocks);
-    let mut bodies = Vec::new();
-    velocities(blocks, r, u, &mut bodies);
+    let SweepMemory { locals, decay, bodies, best: best_impulses } = memory;
+    decay.changes.clear();
+    decay.error_over_change = 1.0;
+    locals.clear();
+    locals.extend(blocks.diagonal.iter().zip(&blocks.friction).map(|(w, &mu)| Local::new(w, mu)));
+    velocities(blocks, r, u, bodies);
     let mut found = errors(blocks, r, u);
     if found.solves(tolerance) {
         return (0, found, Ended::Solved);
     }
-    let mut best = (found, r.to_vec());
+    let mut best = found;
+    best_impulses.clear();
+    best_impulses.extend_from_slice(r);
     let mut end = (0, Ended::LeftOff);
     let mut measured = 0;
     for k in 1..=most {
         end.0 = k;
-        let change = sweep(blocks, &mut locals, r, &mut bodies);
+        let change = sweep(blocks, locals, r, bodies);
         let change = if blocks.by_contact { change.largest } else { change.squared.sqrt() } / size;
         decay.changes.push(change);
         let mut leave = k == most || !change.is_finite();
@@ -169,14 +184,14 @@ pub fn sweeps<const D: usize>(
             continue;
         }
         measured = k;
-        velocities(blocks, r, u, &mut bodies);
+        velocities(blocks, r, u, bodies);
         found = errors(blocks, r, u);
         if found.solves(tolerance) {
             return (k, found, Ended::Solved);
         }
-        if found.worst() < best.0.worst() {
-            best.0 = found;
-            best.1.copy_from_slice(r);
+        if found.worst() < best.worst() {
+            best = found;
+            best_impulses.copy_from_slice(r);
         }
         if !watch(&Progress { stage: "sweeps", iterations: k, residual: found.worst() }) {
             end.1 = Ended::Interrupted;
@@ -189,6 +204,6 @@ pub fn sweeps<const D: usize>(
             decay.error_over_change = found.worst() / change;
         }
     }
-    r.copy_from_slice(&best.1);
-    (end.0, best.0, end.1)
+    r.copy_from_slice(best_impulses);
+    (end.0, best, end.1)
 }

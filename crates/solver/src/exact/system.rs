@@ -4,9 +4,10 @@
 
 use super::analyses::Analyses;
 use super::bodies::BodySpace;
+use super::bodies::Rows;
 use super::groups::GroupSpace;
 use super::krylov::Krylov;
-use super::operator::{Matrix, Operator};
+use super::operator::{Matrix, Operator, assemble};
 use super::pivoted::Pivoted;
 use super::scaled::Scaled;
 use crate::linear::{Analysis, Factor};
@@ -19,7 +20,7 @@ pub type Block<const D: usize> = [[f64; D]; D];
 pub type Stiffness<'a, const D: usize> = (&'a [Block<D>], &'a [f64]);
 
 /// The system of a scaled problem in the form that is cheapest to factorise.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct System<const D: usize> {
     form: Form<D>,
     /// D per contact, written by whoever asks for a factorisation; padded.
@@ -38,10 +39,15 @@ pub struct System<const D: usize> {
     given: Vec<[f64; D]>,
     residual: Vec<[f64; D]>,
     krylov: Krylov<D>,
+    /// The rows that contact space was assembled from, values apart.
+    assembled_from: Option<Rows<D>>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 enum Form<const D: usize> {
+    /// None yet: a system that was put elsewhere leaves this behind, which takes no memory.
+    #[default]
+    Open,
     Contacts(ContactSpace),
     Groups(GroupSpace<D>),
     Bodies(BodySpace<D>),
@@ -83,34 +89,60 @@ const DEAR: f64 = 5e9;
 const LOST: f64 = 1e-6;
 
 impl<const D: usize> System<D> {
-    /// The system of a scaled problem.
-    pub fn of(scaled: &Scaled<D>, analyses: &mut Analyses) -> Self {
-        let form = match &scaled.operator {
+    /// Becomes the system of a scaled problem; while the graph of contacts and bodies stands, in the form that it had.
+    pub fn update(&mut self, scaled: &Scaled<D>, analyses: &mut Analyses) {
+        if !self.refill(&scaled.operator) {
+            self.choose(&scaled.operator, analyses);
+        }
+        let n = scaled.velocity.len();
+        self.blocks.clear();
+        self.blocks.resize(n, [[0.0; D]; D]);
+        self.factorisations = 0;
+        self.careful = false;
+        self.falls_back = true;
+        self.left = 0.0;
+        self.least.clear();
+        self.least.extend(scaled.step.iter().map(|step| LEAST / step));
+        for vector in [&mut self.given, &mut self.residual] {
+            vector.clear();
+            vector.resize(n, [0.0; D]);
+        }
+        self.krylov.forget();
+    }
+    /// Puts the values of an operator into the present form; false where its graph or the form is not that one's.
+    fn refill(&mut self, operator: &Operator<D>) -> bool {
+        let Operator::Bodies(rows) = operator else { return false };
+        match &mut self.form {
+            Form::Bodies(space) => space.refill(rows),
+            Form::Contacts(space) => {
+                if !self.assembled_from.as_ref().is_some_and(|before| before.has_graph_of(rows)) {
+                    return false;
+                }
+                let Some(matrix) = Arc::get_mut(&mut space.matrix) else { return false };
+                assemble(rows, matrix);
+                space.values.clone_from(&matrix.values);
+                true
+            }
+            Form::Open | Form::Groups(_) | Form::Pivoted(_) => false,
+        }
+    }
+    /// Takes the cheapest form.
+    fn choose(&mut self, operator: &Operator<D>, analyses: &mut Analyses) {
+        self.assembled_from = None;
+        self.form = match operator {
             Operator::Matrix(matrix) => match GroupSpace::of(matrix, analyses) {
                 Some(groups) => Form::Groups(groups),
                 None => Form::Contacts(ContactSpace::of(matrix.clone(), analyses)),
             },
-            operator => match BodySpace::of(operator, analyses) {
+            Operator::Bodies(rows) => match BodySpace::of(operator, analyses) {
                 Some(bodies) => Form::Bodies(bodies),
                 None => {
+                    self.assembled_from = Some(Rows { values: Vec::new(), ..rows.clone() });
                     let matrix = operator.matrix(usize::MAX).unwrap_or_default();
                     Form::Contacts(ContactSpace::of(matrix, analyses))
                 }
             },
         };
-        let n = scaled.velocity.len();
-        System {
-            form,
-            blocks: vec![[[0.0; D]; D]; n],
-            factorisations: 0,
-            careful: false,
-            falls_back: true,
-            left: 0.0,
-            least: scaled.step.iter().map(|step| LEAST / step).collect(),
-            given: vec![[0.0; D]; n],
-            residual: vec![[0.0; D]; n],
-            krylov: Krylov::default(),
-        }
     }
     /// Factorises W~ + D with the present `blocks`; false when it is singular.
     pub fn factorize(&mut self) -> bool {
@@ -128,6 +160,7 @@ impl<const D: usize> System<D> {
             Form::Groups(space) => space.factorize((&self.blocks, &self.least)),
             Form::Bodies(space) => space.factorize((&self.blocks, &self.least)),
             Form::Pivoted(space) => space.factorize(&self.blocks),
+            Form::Open => false,
         }
     }
     /// The sign of the determinant of the factorised W~ + D, if that of D is positive (those of its condensed forms
@@ -138,6 +171,7 @@ impl<const D: usize> System<D> {
             Form::Groups(space) => space.determinant_sign(),
             Form::Bodies(space) => space.determinant_sign(),
             Form::Pivoted(space) => space.determinant_sign(),
+            Form::Open => 1.0,
         }
     }
     /// Replaces rhs by dx; false when it is not finite.
@@ -195,8 +229,10 @@ impl<const D: usize> System<D> {
                 let space = matrix.map(|m| ContactSpace::of(m, &mut Analyses::default()));
                 space.filter(|s| s.analysis.flops < DEAR as _).map(Form::Contacts)
             }
-            Form::Pivoted(_) => None,
+            Form::Open | Form::Pivoted(_) => None,
         };
+        // the next solve chooses anew
+        self.assembled_from = None;
         form.map(|form| self.form = form).is_some()
     }
     /// Solves anew after a change of form.
@@ -213,6 +249,7 @@ impl<const D: usize> Form<D> {
             Form::Groups(space) => space.solve(x),
             Form::Bodies(space) => space.solve(x),
             Form::Pivoted(space) => space.solve(x),
+            Form::Open => {}
         }
     }
 }

@@ -25,23 +25,35 @@ pub fn restart<const D: usize>(
     solve.scaled.in_cone_units(given, &mut x);
     x.iter_mut().for_each(|x| project_on_cone(x, 1.0));
     let pair = inside(solve, &x);
+    let end = from_there(solve, pair, &mut x, stages);
+    solve.pool.give([x]);
+    end
+}
+
+fn from_there<const D: usize>(
+    solve: &mut Solve<'_, D>,
+    pair: Pair<D>,
+    x: &mut Vec<[f64; D]>,
+    stages: &mut Vec<Stage>,
+) -> StageEnd {
     let before = solve.system.factorisations;
-    let end = finish(solve, &x, STEPS);
+    let end = finish(solve, x, STEPS);
     let spent = solve.system.factorisations;
     stages.push(Stage { name: "newton", iterations: spent - before });
     if end != StageEnd::Stuck {
+        solve.pool.give_pair(pair);
         return end;
     }
-    let end = interior_point_from(solve, CENTRED, pair, &mut x);
+    let end = interior_point_from(solve, CENTRED, pair, x);
     stages.push(Stage { name: "interior point", iterations: solve.system.factorisations - spent });
     end
 }
 
 /// x and y = u + |u_T| e_1 in the cones, both moved inside by a share of how far they are from a solution.
-fn inside<const D: usize>(solve: &Solve<'_, D>, x: &[[f64; D]]) -> Pair<D> {
-    let scaled = &solve.scaled;
-    let mut pair = Pair::cold(scaled, 1.0);
+fn inside<const D: usize>(solve: &mut Solve<'_, D>, x: &[[f64; D]]) -> Pair<D> {
+    let mut pair = Pair::cold(&solve.scaled, 1.0, &mut solve.pool);
     let mut u = solve.vector();
+    let scaled = &solve.scaled;
     scaled.velocities(x, &mut u);
     let mut error = 0.0_f64;
     for i in 0..scaled.count() {
@@ -59,5 +71,6 @@ fn inside<const D: usize>(solve: &Solve<'_, D>, x: &[[f64; D]]) -> Pair<D> {
         pair.x[i][0] += shift;
         pair.y[i][0] += shift;
     }
+    solve.pool.give([u]);
     pair
 }

@@ -1,6 +1,7 @@
 //! Directions of the path follower: dx with the d that gives dy, and both in the metric of the scaling,
 //! (G dx, G^-1 dy) with G^-1 dy = d - G dx (theory chapter 7).
 
+use super::memory::Pool;
 use super::step::Pair;
 
 /// A direction in x and y.
@@ -15,12 +16,25 @@ pub struct Way<const D: usize> {
 }
 
 impl<const D: usize> Way<D> {
-    /// The pair's present direction.
-    pub fn of(pair: &Pair<D>, count: usize) -> Self {
-        let scaled_x: Vec<[f64; D]> = (0..count).map(|i| scaled(pair, i, &pair.dx[i])).collect();
+    /// A direction of no length yet.
+    pub fn new(pool: &mut Pool<D>) -> Self {
+        let [dx, pull, scaled_x, scaled_y] = std::array::from_fn(|_| pool.zeros(0));
+        Way { dx, pull, scaled_x, scaled_y }
+    }
+    /// Gives the memory back.
+    pub fn leave(self, pool: &mut Pool<D>) {
+        pool.give([self.dx, self.pull, self.scaled_x, self.scaled_y]);
+    }
+    /// Becomes the pair's present direction.
+    pub fn take(&mut self, pair: &Pair<D>, count: usize) {
+        self.dx.clone_from(&pair.dx);
+        self.pull.clone_from(&pair.pull);
+        self.scaled_x.clear();
+        self.scaled_x.extend((0..count).map(|i| scaled(pair, i, &pair.dx[i])));
+        let scaled_x = &self.scaled_x;
         let left = |i: usize| std::array::from_fn(|k| pair.pull[i][k] - scaled_x[i][k]);
-        let scaled_y = (0..count).map(left).collect();
-        Way { dx: pair.dx.clone(), pull: pair.pull.clone(), scaled_x, scaled_y }
+        self.scaled_y.clear();
+        self.scaled_y.extend((0..count).map(left));
     }
     /// Scalar product in the metric of the scaling.
     pub fn dot(&self, other: &Self) -> f64 {

@@ -238,20 +238,30 @@ fn invert_small(a: &mut [f64], k: usize) -> bool {
 
 /// The sign of the determinant of a k x k matrix whose lines lie `stride` apart; the inverse has the same.
 pub fn determinant_sign(a: &[f64], k: usize, stride: usize) -> f64 {
-    let mut lines: Vec<Vec<f64>> = a.chunks(stride).take(k).map(|line| line[..k].to_vec()).collect();
+    // the nodes that there are need no memory of the machine's
+    let (mut small, mut large) = ([0.0; 36], Vec::new());
+    let m = if k * k <= small.len() {
+        &mut small[..k * k]
+    } else {
+        large.resize(k * k, 0.0);
+        &mut large[..]
+    };
+    for (own, line) in m.chunks_exact_mut(k).zip(a.chunks(stride)) {
+        own.copy_from_slice(&line[..k]);
+    }
     let mut sign = 1.0;
     for c in 0..k {
-        let best = (c..k).fold(c, |b, r| if lines[r][c].abs() > lines[b][c].abs() { r } else { b });
+        let best = (c..k).fold(c, |b, r| if m[r * k + c].abs() > m[b * k + c].abs() { r } else { b });
         if best != c {
-            lines.swap(best, c);
+            (0..k).for_each(|j| m.swap(best * k + j, c * k + j));
             sign = -sign;
         }
-        let (above, below) = lines.split_at_mut(c + 1);
-        let own = &above[c];
+        let (above, below) = m.split_at_mut((c + 1) * k);
+        let own = &above[c * k..];
         if own[c] < 0.0 {
             sign = -sign;
         }
-        for line in below {
+        for line in below.chunks_exact_mut(k) {
             let factor = line[c] / own[c];
             line[c..].iter_mut().zip(&own[c..]).for_each(|(x, o)| *x -= factor * o);
         }

@@ -20,6 +20,15 @@ pub struct Ladder<S: Space> {
     given: Impulses<S>,
 }
 
+/// What a climb came to; the best impulses are in the part afterwards.
+struct Climbed {
+    stages: Vec<StageReport>,
+    residual: Residual,
+    stop: Stop,
+    /// Told by the last stage that told any; nothing where the island is solved.
+    strict_feasibility: Option<f64>,
+}
+
 impl<S: Space> Ladder<S> {
     /// A ladder under a name, weakest solver first; at least one.
     pub fn new(name: &'static str, kinds: &[SolverKind]) -> Self {
@@ -33,14 +42,16 @@ impl<S: Space> Ladder<S> {
         }
     }
 
-    /// Solves the island that was taken out, and reports; the best impulses are in the part afterwards.
-    fn climb(&mut self, settings: &SolveSettings, watch: &mut Watch) -> (Vec<StageReport>, Residual, Stop) {
+    /// Solves the island that was taken out.
+    fn climb(&mut self, settings: &SolveSettings, watch: &mut Watch) -> Climbed {
         let mut stages: Vec<StageReport> = Vec::new();
         let mut found: Option<(Residual, Stop)> = None;
+        let mut strict_feasibility = None;
         let part = &mut self.part;
         for (kind, solver) in &mut self.rungs {
             let outcome = solver.solve_watched(&part.problem, settings, &mut part.impulses, watch);
             let (residual, stop) = (outcome.residual, outcome.stop);
+            strict_feasibility = outcome.strict_feasibility.or(strict_feasibility);
             stages.push(StageReport {
                 solver: *kind,
                 iterations: outcome.iterations,
@@ -62,23 +73,23 @@ impl<S: Space> Ladder<S> {
             }
             if stop == Stop::Interrupted {
                 let residual = found.map_or(residual, |(residual, _)| residual);
-                return (stages, residual, Stop::Interrupted);
+                return Climbed { stages, residual, stop: Stop::Interrupted, strict_feasibility };
             }
             if !is_refused && residual.absolute <= settings.tolerance {
+                strict_feasibility = None;
                 break;
             }
         }
-        match found {
-            Some((residual, stop)) => (stages, residual, stop),
-            None => {
-                let last = stages.last().map(|s| s.stop.clone()).unwrap_or(Stop::Converged);
-                (stages, residual(&part.problem, &part.impulses), last)
-            }
-        }
+        let (residual, stop) = found.unwrap_or_else(|| {
+            let last = stages.last().map(|s| s.stop.clone()).unwrap_or(Stop::Converged);
+            (residual(&part.problem, &part.impulses), last)
+        });
+        Climbed { stages, residual, stop, strict_feasibility }
     }
 
     /// The report of the island that was taken out, in the numbers of the whole problem.
-    fn report(&self, island: usize, stages: Vec<StageReport>, residual: &Residual) -> IslandReport {
+    fn report(&self, island: usize, climbed: Climbed) -> IslandReport {
+        let Climbed { stages, residual, strict_feasibility, .. } = climbed;
         let (contacts, rows) = (self.islands.contacts(island), self.islands.rows(island));
         let (bodies, first_body) = self.islands.bodies(island);
         IslandReport {
@@ -92,6 +103,7 @@ impl<S: Space> Ladder<S> {
                 Entry::Contact(k) => Entry::Contact(contacts[k]),
                 Entry::Row(k) => Entry::Row(rows[k]),
             }),
+            strict_feasibility,
             stages,
         }
     }
@@ -143,11 +155,14 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
                 continue;
             }
             self.part.take(problem, impulses, &self.islands, island);
-            let (stages, residual, stop) = self.climb(settings, watch);
+            let climbed = self.climb(settings, watch);
             self.part.give(impulses, &self.islands, island);
-            outcome.iterations += stages.iter().map(|s| s.iterations).sum::<usize>();
-            outcome.factorisations += stages.iter().map(|s| s.factorisations).sum::<usize>();
-            outcome.islands.push(self.report(island, stages, &residual));
+            outcome.iterations += climbed.stages.iter().map(|s| s.iterations).sum::<usize>();
+            outcome.factorisations += climbed.stages.iter().map(|s| s.factorisations).sum::<usize>();
+            let told = outcome.strict_feasibility.into_iter().chain(climbed.strict_feasibility);
+            outcome.strict_feasibility = told.reduce(f64::min);
+            let stop = climbed.stop.clone();
+            outcome.islands.push(self.report(island, climbed));
             match stop {
                 Stop::Interrupted => outcome.stop = stop,
                 Stop::Refused(reason) => {

@@ -2,8 +2,8 @@
 
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
-use crate::problem::{ContactProblem, Impulses};
-use crate::residual::{residual, residual_of};
+use crate::problem::{ContactProblem, Impulses, Twist};
+use crate::residual::{residual, residual_in};
 use carom_math::Space;
 
 pub mod apgd;
@@ -28,8 +28,21 @@ pub(crate) fn judged<S: Space>(
     given: &Impulses<S>,
     impulses: &mut Impulses<S>,
 ) -> Outcome {
-    overflow(problem, iterations, given, impulses)
-        .unwrap_or_else(|| Outcome::judged(iterations, residual_of(problem, prepared, impulses), tolerance))
+    judged_in(problem, prepared, (iterations, tolerance), (given, impulses), &mut Vec::new())
+}
+
+/// The same with memory for the velocities after the impulses.
+pub(crate) fn judged_in<S: Space>(
+    problem: &ContactProblem<S>,
+    prepared: &Prepared<S>,
+    (iterations, tolerance): (usize, f64),
+    (given, impulses): (&Impulses<S>, &mut Impulses<S>),
+    after: &mut Vec<Twist<S>>,
+) -> Outcome {
+    overflow(problem, iterations, given, impulses).unwrap_or_else(|| {
+        let residual = residual_in(problem, prepared, impulses, after);
+        Outcome::judged(iterations, residual, tolerance)
+    })
 }
 
 /// A refusal of a problem with rolling or spinning friction by a solver that knows none.

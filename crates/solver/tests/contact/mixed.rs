@@ -4,8 +4,8 @@ use crate::common::*;
 use crate::scenes::*;
 use carom_math::{Column, Space};
 use carom_solver::{
-    BoundedRow, ContactProblem, FrictionLaw, ImpulseChoice, Impulses, Outcome, Resistance, SolveSettings,
-    SolverKind, Stop, residual,
+    BoundedRow, ContactProblem, FrictionLaw, Impulses, Outcome, Resistance, SolveSettings, SolverKind, Stop,
+    residual,
 };
 
 /// A random problem with a little of everything.
@@ -117,15 +117,6 @@ fn auto_takes_mixed_problems_to_the_last_digits<S: Space>() {
     }
 }
 
-/// Minimum-norm impulses are known for plain contacts alone: asked for here, the refusal says so.
-fn least_impulses_of_mixed_problems_are_refused<S: Space>() {
-    let problem = mixed::<S>(&mut Random::new(304), 6, FrictionLaw::Disc);
-    let settings = SolveSettings { impulses: ImpulseChoice::MinimumNorm, ..SolveSettings::default() };
-    let (impulses, outcome) = exact(&problem, settings);
-    assert_eq!(impulses, Impulses::zero(&problem));
-    assert!(outcome.stop.reason().is_some_and(|why| why.contains("minimum-norm")), "{:?}", outcome.stop);
-}
-
 /// No factorisation allowed: the answer is the sweeps', and its stop tells.
 fn a_budget_of_no_factorisations_is_kept<S: Space>() {
     let mut random = Random::new(305);
@@ -147,6 +138,5 @@ in_both_spaces! {
     frictionless_contacts_at_rest_hold_nothing;
     the_answer_is_that_of_the_sweeps;
     auto_takes_mixed_problems_to_the_last_digits;
-    least_impulses_of_mixed_problems_are_refused;
     a_budget_of_no_factorisations_is_kept;
 }

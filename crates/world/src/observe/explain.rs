@@ -39,6 +39,9 @@ pub enum Topic {
     Penetration,
     /// Rounding: the tolerance is below it. Value: residual over the velocities \[1\].
     Rounding,
+    /// How far an island that is not solved is from losing its solutions. Value: the largest t with
+    /// u_N >= mu |u_T| + t at every contact for some impulses \[m/s\]; at or below 0 no solution need exist.
+    StrictFeasibility,
     /// A solver refused, or the bodies jam. Value: contacts \[1\].
     Refusal,
 }
@@ -164,6 +167,7 @@ impl<S: Geometry> Scene<'_, S> {
             let remedy = "where a solution exists, another solver may find it: see solver; bodies that friction jams \
                           need less friction or another shape";
             told.add(Topic::Refusal, solve.contacts as f64, near, text, remedy);
+            self.add_feasibility(told, solve);
             self.add_causes(told, phase, solve);
             return;
         }
@@ -178,8 +182,34 @@ impl<S: Geometry> Scene<'_, S> {
         }
         let text = format!("inaccurate: {figures}, above the tolerance of {tolerance:.1e} m/s");
         told.add(Topic::Residual, solve.residual, near, text, self.stronger_solver());
+        self.add_feasibility(told, solve);
         self.add_iterations(told, solve);
         self.add_causes(told, phase, solve);
+    }
+
+    /// The island nearest to having no solution, where a solver told how near.
+    fn add_feasibility(&self, told: &mut Explanation, solve: &SolveReport) {
+        let known = solve.islands.iter().filter_map(|i| i.strict_feasibility.map(|t| (t, i)));
+        let Some((t, island)) = known.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
+        let first = self.name(island.first_body);
+        let which =
+            format!("the island of '{first}' ({} contacts, {} bodies)", island.contacts, island.bodies);
+        let (text, remedy) = if t > 0.0 {
+            let text = format!(
+                "{which} is strictly feasible: impulses exist that part all of its contacts by {t:.1e} m/s more than \
+                 friction asks, so it has a solution, which no stage found"
+            );
+            (text, "")
+        } else {
+            let text = format!(
+                "{which} is not strictly feasible: no impulses part all of its contacts with a margin, the best leave \
+                 {t:.1e} m/s, so it need not have a solution"
+            );
+            let remedy = "look for bodies pressed between walls whose motion is prescribed, or wedged by friction: let \
+                          a wall yield to a force, or take less friction or another shape";
+            (text, remedy)
+        };
+        told.add(Topic::StrictFeasibility, t, vec![first], text, remedy);
     }
 
     /// What makes a solve exact whatever the cause.
