@@ -14,6 +14,7 @@ use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
 use crate::settings::{ImpactLaw, Settings};
 use carom_geometry::Geometry;
+use carom_math::Column;
 use carom_solver::{
     ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, Partition, Stop, Twist, Watch,
 };
@@ -82,6 +83,8 @@ pub struct Impacts<S: Geometry> {
     pub struck: Vec<usize>,
     /// Impulse of each of the step's touches over all rounds, in its contact frame.
     pub totals: Vec<Impulse<S>>,
+    /// Moment of rolling and spinning friction of each of the step's touches over all rounds, in world axes.
+    pub moments: Vec<S::Spin>,
     /// Problem, impulses and indices of the later rounds.
     later: (ContactProblem<S>, Impulses<S>, Vec<usize>),
     after: Vec<Twist<S>>,
@@ -102,6 +105,7 @@ impl<S: Geometry> Default for Impacts<S> {
             problem,
             struck: Vec::new(),
             totals: Vec::new(),
+            moments: Vec::new(),
             after: Vec::new(),
             bounces: Vec::new(),
             parts: Vec::new(),
@@ -134,6 +138,8 @@ impl<S: Geometry> Impacts<S> {
         self.struck.clear();
         self.totals.clear();
         self.totals.resize(touches.len(), Impulse::default());
+        self.moments.clear();
+        self.moments.resize(touches.len(), S::Spin::ZERO);
         let mut report: Option<SolveReport> = None;
         let mut round = 0;
         while round < ROUNDS && self.is_called(bodies, touches, settings.impact, thresholds) {
@@ -183,6 +189,9 @@ impl<S: Geometry> Impacts<S> {
         for (&k, g) in self.struck.iter().zip(&self.impulses.contacts) {
             self.totals[k].normal += g.normal;
             self.totals[k].tangent += g.tangent;
+        }
+        for (r, m) in self.problem.resistances.iter().zip(&self.impulses.moments) {
+            self.moments[self.struck[r.contact]] += self.problem.contacts[r.contact].moment_to_world(*m);
         }
         self.after.clear();
         self.after.extend_from_slice(&self.problem.velocities);
