@@ -99,6 +99,11 @@ class Body:
         return float(self._constant("restitution"))
 
     @property
+    def extent(self) -> float:
+        """Largest extent of the shape [m]; 0 without a shape, inf for half-planes and half-spaces."""
+        return float(self._constant("extent"))
+
+    @property
     def linear_damping(self) -> float:
         """Rate at which the velocity decays [1/s]."""
         return float(self._constant("linear_damping"))

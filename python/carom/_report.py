@@ -258,6 +258,8 @@ class Chunk:
     angular_velocity: Floats
     contact_offsets: npt.NDArray[Any]
     contacts: Records
+    action_offsets: npt.NDArray[Any]
+    actions: Records
     steps: Records
     inaccurate: tuple[int, float, tuple[Finding, ...]] | None = None
 
@@ -278,6 +280,8 @@ def chunk_of(recorded: dict[str, Any], space: Space, bodies: int) -> Chunk:
         angular_velocity=shaped("angular_velocity", space.spins),
         contact_offsets=recorded["contact_offsets"],
         contacts=recorded["contacts"].view(space.contact_type),
+        action_offsets=recorded["action_offsets"],
+        actions=recorded["actions"].view(space.action_type),
         steps=recorded["steps"].view(space.step_type),
         inaccurate=_first_inaccurate(recorded["inaccurate"]),
     )

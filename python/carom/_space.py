@@ -106,6 +106,11 @@ class Space:
         return record_type(self.world.contact_fields())
 
     @cached_property
+    def action_type(self) -> np.dtype[np.void]:
+        """Type of an action's record: a body's loads and position correction in a step."""
+        return record_type(self.world.action_fields())
+
+    @cached_property
     def step_type(self) -> np.dtype[np.void]:
         """Type of a step's record."""
         return record_type(self.world.step_fields())

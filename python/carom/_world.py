@@ -515,6 +515,11 @@ class World(Judged):
         friction_impulse : (d,) on a, world axes [N s]
         slip : (d,) velocity of a's point against b's across the normal, after the step [m/s]
         status : index into ``carom.CONTACT_STATUS``: apart, sticks, slips, strikes
+        friction : coefficient of the pair [1]
+        impact_impulse : (d,) what of the impulse is the impacts' at the step's start, on a, world axes [N s]
+        kick_normal : (d,) unit normal with which the persistent contact acted
+        kick_arm : (d,) from a's centre of mass to the point where it acted [m]; 0 for none
+        moment : (1 | 3,) rolling and spinning friction on a, world axes, over the whole step [N m s]
         """
         packed: Records = self._native.contacts().view(self._space.contact_type)
         return packed

@@ -407,6 +407,8 @@ class _Whole:
         self.angular_velocity = run.angular_velocity
         self.contact_offsets: npt.NDArray[Any] = run.contacts.offsets
         self.contacts = run.contacts.all()
+        self.actions = run._data.actions()
+        self.action_offsets: npt.NDArray[Any] = run._data.frames("action_offsets")
         self.steps = run.steps
 
 

@@ -1,7 +1,7 @@
 """What a run leaves behind, in memory or in an HDF5 file that can be read while it is being written.
 
 Layout of a file (SI units; every dataset has an attribute ``unit``; f frames, s steps, n bodies, c contacts,
-d = 2 | 3):
+l actions, d = 2 | 3):
 
 ==================================  ==========  =========================================================
 /frames/time                        (f,)        [s]; the initial state is frame 0
@@ -10,16 +10,22 @@ d = 2 | 3):
 /frames/velocity                    (f, n, d)   of the centre of mass [m/s]
 /frames/angular_velocity            (f, n, 1|3) world axes [rad/s]
 /frames/contact_offsets             (f + 1,)    contacts of frame i: rows offsets[i]:offsets[i + 1]
+/frames/action_offsets              (f + 1,)    actions of frame i, likewise; since version 2
 /contacts                           (c,)        one record per contact, ``unit`` names each field's
+/actions                            (l,)        what else moved a body in a frame's last step: its loads' mean
+                                                and its position correction; since version 2
 /steps                              (s,)        one record per *step*, ``unit`` names each column's
 /bodies/{name, kind, mass, inertia} (n, ..)     kind 0 dynamic, 1 static, 2 kinematic
+/bodies/extent                      (n,)        largest extent of the shape [m]; since version 2
+/bodies/{linear, angular}_damping   (n,)        decay rates [1/s]; since version 2
 /scene, /settings                   text        the scene's own text; settings as JSON
 /progress                           (1,)        status 0 running, 1 complete, 2 interrupted, 3 failed
 ==================================  ==========  =========================================================
 
 Writing is single-writer-multiple-reader (SWMR): each append ends in a flush, contacts go first and their
 offsets last, so a reader that trusts the offsets never sees half a frame, and a killed run leaves a readable
-file. Knows no physics.
+file. Version 2 has what it takes to check a run from its file alone (``carom.check_run``); files of version 1
+are read as before. Knows no physics.
 """
 
 from __future__ import annotations
@@ -42,7 +48,7 @@ Floats = npt.NDArray[np.float64]
 Records = npt.NDArray[np.void]
 
 #: Version of the file layout above [1].
-LAYOUT_VERSION = 1
+LAYOUT_VERSION = 2
 #: Kinds of bodies in the order of their codes.
 KINDS = ("dynamic", "static", "kinematic")
 #: Outcomes of a run in the order of their codes.
@@ -55,7 +61,10 @@ FRAME_UNITS = {
     "velocity": "m/s",
     "angular_velocity": "rad/s",
     "contact_offsets": "1",
+    "action_offsets": "1",
 }
+#: Arrays over frames that files of version 1 lack.
+_SINCE_2 = ("action_offsets",)
 CONTACT_UNITS = {
     "point": "m",
     "normal": "1",
@@ -63,7 +72,11 @@ CONTACT_UNITS = {
     "normal_impulse": "N s",
     "friction_impulse": "N s",
     "slip": "m/s",
+    "impact_impulse": "N s",
+    "kick_arm": "m",
+    "moment": "N m s",
 }
+ACTION_UNITS = {"force": "N", "torque": "N m", "correction": "m", "correction_turn": "rad"}
 STEP_UNITS = {
     "time": "s",
     "dt": "s",
@@ -86,6 +99,8 @@ LEDGER_LINES = (
     "impact_normal",
     "impact_friction",
     "rest_cut",
+    "fallback",
+    "constraint",
     "projection",
     "integrator",
 )
@@ -94,6 +109,8 @@ _PROGRESS = np.dtype(
     [("status", "u1"), ("steps", "i8"), ("time", "f8"), ("wall_time", "f8"), ("step_time", "f8")]
 )
 _CHUNK_BYTES = 64 * 1024
+#: Offsets, and the records that they divide.
+_RAGGED = {"contact_offsets": "contacts", "action_offsets": "actions"}
 
 
 class Chunk(Protocol):
@@ -128,6 +145,14 @@ class Chunk(Protocol):
         """(c,) records."""
 
     @property
+    def action_offsets(self) -> npt.NDArray[Any]:
+        """(f + 1,) rows of `actions` by frame."""
+
+    @property
+    def actions(self) -> Records | None:
+        """(l,) records; None where they were not recorded."""
+
+    @property
     def steps(self) -> Records:
         """(s,) records."""
 
@@ -142,6 +167,8 @@ class Header:
     kind : (n,) uint8 array, index into `KINDS`
     mass : (n,) float64 array [kg]; inf for bodies that forces do not move
     inertia : (n,) | (n, 3, 3) float64 array about the centre of mass, body axes [kg m^2]
+    extent : (n,) float64 array, largest extent of the shape [m]; None in files of version 1
+    linear_damping, angular_damping : (n,) float64 arrays of decay rates [1/s]; likewise
     """
 
     space: str
@@ -155,6 +182,9 @@ class Header:
     version: str = ""
     dt: float = 0.0
     every: int = 1
+    extent: Floats | None = None
+    linear_damping: Floats | None = None
+    angular_damping: Floats | None = None
     created: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
 
 
@@ -170,11 +200,13 @@ class Progress:
 
 
 def unit_of(kind: str, name: str) -> str:
-    """Unit of a column: `kind` is "frames", "contacts" or "steps"; ledger lines are in J."""
+    """Unit of a column: `kind` is "frames", "contacts", "actions" or "steps"; ledger lines are in J."""
     if kind == "frames":
         return FRAME_UNITS.get(name, "1")
     if kind == "contacts":
         return CONTACT_UNITS.get(name, "1")
+    if kind == "actions":
+        return ACTION_UNITS.get(name, "1")
     return "J" if name in LEDGER_LINES or name == "closure" else STEP_UNITS.get(name, "1")
 
 
@@ -202,6 +234,9 @@ class RunData(Protocol):
     def contacts(self, begin: int, end: int) -> Records:
         """Contact records by row."""
 
+    def actions(self) -> Records | None:
+        """Action records of all frames, by `frames("action_offsets")`; None where they were not recorded."""
+
 
 class Recorder(Protocol):
     """Takes chunks while a run goes on."""
@@ -226,21 +261,26 @@ class MemoryRecorder:
         self.path: Path | None = None
         self._frames: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in FRAME_UNITS}
         self._contacts: list[Records] = []
+        self._actions: list[Records] = []
         self._steps: list[Records] = []
         self._joined: dict[str, npt.NDArray[Any]] = {}
 
     def append(self, chunk: Chunk) -> None:
         """Adds a chunk; its arrays are kept, not copied."""
         self._joined.clear()
-        contacts = np.asarray(chunk.contacts)
-        before = sum(len(part) for part in self._contacts)
-        for name in FRAME_UNITS:
+        for name in _arrays(chunk):
             part = np.asarray(getattr(chunk, name))
-            if name == "contact_offsets":
+            if name in _RAGGED:
+                before = sum(len(records) for records in self._ragged(name))
                 part = part.astype(np.int64)[1:] + before
             self._frames[name].append(part)
-        self._contacts.append(contacts)
+        self._contacts.append(np.asarray(chunk.contacts))
+        if (actions := _actions(chunk)) is not None:
+            self._actions.append(actions)
         self._steps.append(np.asarray(chunk.steps))
+
+    def _ragged(self, offsets: str) -> list[Records]:
+        return self._contacts if _RAGGED[offsets] == "contacts" else self._actions
 
     def tell(self, progress: Progress) -> None:
         """Notes how far the run has come."""
@@ -254,7 +294,7 @@ class MemoryRecorder:
         """One array over all frames."""
         if name not in self._joined:
             parts = self._frames[name]
-            if name == "contact_offsets":
+            if name in _RAGGED:
                 parts = [np.zeros(1, dtype=np.int64), *parts]
             self._joined[name] = np.concatenate(parts)
         return self._joined[name]
@@ -270,6 +310,12 @@ class MemoryRecorder:
         if "contacts" not in self._joined:
             self._joined["contacts"] = np.concatenate(self._contacts)
         return self._joined["contacts"][begin:end]
+
+    def actions(self) -> Records | None:
+        """Action records of all frames; None where they were not recorded."""
+        if "actions" not in self._joined and self._actions:
+            self._joined["actions"] = np.concatenate(self._actions)
+        return self._joined.get("actions")
 
 
 class FileRecorder:
@@ -290,7 +336,7 @@ class FileRecorder:
                 value=str(path),
                 remedy="choose another path",
             ) from error
-        self._written = 0
+        self._written = dict.fromkeys(_RAGGED, 0)
         self._is_started = False
         self._write_header()
 
@@ -328,7 +374,12 @@ class FileRecorder:
             ("kind", header.kind, "1"),
             ("mass", header.mass, "kg"),
             ("inertia", header.inertia, "kg m^2"),
+            ("extent", header.extent, "m"),
+            ("linear_damping", header.linear_damping, "1/s"),
+            ("angular_damping", header.angular_damping, "1/s"),
         ):
+            if array is None:
+                continue
             bodies.create_dataset(name, data=array).attrs["unit"] = unit
         file.create_dataset("progress", data=np.zeros(1, dtype=_PROGRESS))
         file["progress"].attrs["unit"] = json.dumps({"time": "s", "wall_time": "s", "step_time": "s"})
@@ -336,16 +387,19 @@ class FileRecorder:
     def _start(self, chunk: Chunk) -> None:
         """Makes the growing datasets; none can be made once readers are let in."""
         group = self._file.create_group("frames")
-        for name, unit in FRAME_UNITS.items():
+        for name in _arrays(chunk):
             example = np.asarray(getattr(chunk, name))
-            dtype = np.dtype(np.int64) if name == "contact_offsets" else example.dtype
-            self._growing(group, name, example.shape[1:], dtype).attrs["unit"] = unit
-        for name, records in (("contacts", np.asarray(chunk.contacts)), ("steps", np.asarray(chunk.steps))):
+            dtype = np.dtype(np.int64) if name in _RAGGED else example.dtype
+            self._growing(group, name, example.shape[1:], dtype).attrs["unit"] = FRAME_UNITS[name]
+        tables = {"contacts": np.asarray(chunk.contacts), "steps": np.asarray(chunk.steps)}
+        if (actions := _actions(chunk)) is not None:
+            tables["actions"] = actions
+        for name, records in tables.items():
             dataset = self._growing(self._file, name, (), records.dtype)
             columns = records.dtype.names or ()
             dataset.attrs["unit"] = json.dumps({column: unit_of(name, column) for column in columns})
-        offsets = group["contact_offsets"]
-        offsets.resize(1, axis=0)
+        for name in _RAGGED.keys() & group.keys():
+            group[name].resize(1, axis=0)
         self._file.swmr_mode = True
         self._is_started = True
 
@@ -362,12 +416,14 @@ class FileRecorder:
             self._start(chunk)
         file = self._file
         _extend(file["steps"], np.asarray(chunk.steps))
-        offsets = np.asarray(chunk.contact_offsets).astype(np.int64)[1:] + self._written
-        self._written += _extend(file["contacts"], np.asarray(chunk.contacts))
+        offsets = {}
+        for name in _RAGGED.keys() & file["frames"].keys():
+            records = np.asarray(getattr(chunk, _RAGGED[name]))
+            offsets[name] = np.asarray(getattr(chunk, name)).astype(np.int64)[1:] + self._written[name]
+            self._written[name] += _extend(file[_RAGGED[name]], records)
         file.flush()
-        for name in FRAME_UNITS:
-            part = offsets if name == "contact_offsets" else np.asarray(getattr(chunk, name))
-            _extend(file["frames"][name], part)
+        for name in file["frames"]:
+            _extend(file["frames"][name], offsets[name] if name in offsets else getattr(chunk, name))
         file.flush()
 
     def tell(self, progress: Progress) -> None:
@@ -407,16 +463,16 @@ class FileData:
                 float(row["step_time"]),
             )
             frames = file.get("frames")
-            lengths = (
-                [len(frames[name]) - (name == "contact_offsets") for name in FRAME_UNITS] if frames else [0]
-            )
+            lengths = [len(array) - (name in _RAGGED) for name, array in frames.items()] if frames else [0]
             self._length = max(0, min(lengths))
 
     def frames(self, name: str) -> npt.NDArray[Any]:
         """One array over all frames."""
         if name not in self._kept:
-            end = self._length + (name == "contact_offsets")
+            end = self._length + (name in _RAGGED)
             with open_run(self.path) as file:
+                if name in _SINCE_2 and f"frames/{name}" not in file:
+                    return np.zeros(end, dtype=np.int64)
                 self._kept[name] = self._growing(file, f"frames/{name}")[:end]
         return self._kept[name]
 
@@ -431,6 +487,11 @@ class FileData:
         """Contact records by row, read from the file each time."""
         with open_run(self.path) as file:
             return np.asarray(self._growing(file, "contacts")[begin:end])
+
+    def actions(self) -> Records | None:
+        """Action records of all frames; None where they were not recorded."""
+        with open_run(self.path) as file:
+            return np.asarray(file["actions"][...]) if "actions" in file else None
 
     def _growing(self, file: Any, name: str) -> Any:
         """A dataset of the run; a run that failed before its first frame has none."""
@@ -498,6 +559,17 @@ def _open(path: Path) -> Any:
         return h5py.File(path, "r", libver="latest", swmr=True)
 
 
+def _actions(chunk: Chunk) -> Records | None:
+    """Action records of a chunk; None where they were not recorded."""
+    actions = getattr(chunk, "actions", None)
+    return None if actions is None else np.asarray(actions)
+
+
+def _arrays(chunk: Chunk) -> list[str]:
+    """Names of the arrays over frames that a chunk has."""
+    return [name for name in FRAME_UNITS if name not in _SINCE_2 or _actions(chunk) is not None]
+
+
 def _extend(dataset: Any, part: npt.NDArray[Any]) -> int:
     """Appends rows; returns how many."""
     count = len(part)
@@ -522,6 +594,9 @@ def _read_header(file: Any) -> Header:
         version=_attribute(file, "carom_version"),
         dt=float(file.attrs["dt"]),
         every=int(file.attrs["every"]),
+        extent=bodies["extent"][...] if "extent" in bodies else None,
+        linear_damping=bodies["linear_damping"][...] if "linear_damping" in bodies else None,
+        angular_damping=bodies["angular_damping"][...] if "angular_damping" in bodies else None,
         created=_attribute(file, "created"),
     )
 

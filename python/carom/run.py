@@ -315,4 +315,9 @@ def _header(world: Any, dt: float, every: int, scene: str, scene_name: str) -> H
             inertia[number] = np.asarray(body.inertia, dtype=np.float64).reshape(shape)
     version = str(getattr(carom, "__version__", ""))
     settings = dict(world.settings)
-    return Header(space, names, kinds, mass, inertia, settings, scene, scene_name, version, dt, every)
+    more = {
+        name: np.array([float(getattr(body, name, 0.0)) for body in bodies], dtype=np.float64)
+        for name in ("extent", "linear_damping", "angular_damping")
+    }
+    known = (space, names, kinds, mass, inertia, settings, scene, scene_name, version, dt, every)
+    return Header(*known, more["extent"], more["linear_damping"], more["angular_damping"])

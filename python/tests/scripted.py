@@ -8,7 +8,7 @@ turned upward, and a particle lower than 0.5 m counts as a contact with the floo
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
 
@@ -31,6 +31,8 @@ class ScriptedChunk:
     contact_offsets: np.ndarray
     contacts: np.ndarray
     steps: np.ndarray
+    action_offsets: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    actions: np.ndarray | None = None
 
 
 class ScriptedWorld:
@@ -134,6 +136,8 @@ class ScriptedWorld:
             "impact_normal",
             "impact_friction",
             "rest_cut",
+            "fallback",
+            "constraint",
             "projection",
             "integrator",
             "closure",

@@ -222,7 +222,8 @@ def test_contacts_of_a_box_at_rest(face: Face) -> None:
         w.step()
     contacts = w.contacts
     assert contacts.dtype.names == (
-        "a", "b", "id", "point", "normal", "gap", "normal_impulse", "friction_impulse", "slip", "status"
+        "a", "b", "id", "point", "normal", "gap", "normal_impulse", "friction_impulse", "slip", "status",
+        "friction", "impact_impulse", "kick_normal", "kick_arm", "moment",
     )  # fmt: skip
     assert len(contacts) == 2 ** (face.dimension - 1)
     assert len(set(contacts["id"])) == len(contacts)

@@ -93,6 +93,7 @@ pub fn constants<'py, S: Geometry>(
     dict.set_item("rolling_friction", data.rolling_friction)?;
     dict.set_item("spinning_friction", data.spinning_friction)?;
     dict.set_item("restitution", data.restitution)?;
+    dict.set_item("extent", data.extent)?;
     dict.set_item("linear_damping", data.linear_damping)?;
     dict.set_item("angular_damping", data.angular_damping)?;
     dict.set_item("collision_groups", data.groups)?;

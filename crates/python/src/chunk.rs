@@ -21,6 +21,8 @@ struct Recording {
     angular_velocity: Vec<f64>,
     contact_offsets: Vec<i64>,
     contacts: Records,
+    action_offsets: Vec<i64>,
+    actions: Records,
     steps: Records,
     error: Option<StepError>,
     /// Number and time of the first step above the tolerance, and why.
@@ -29,9 +31,9 @@ struct Recording {
 
 impl Recording {
     fn new() -> Self {
-        Recording { contact_offsets: vec![0], ..Recording::default() }
+        Recording { contact_offsets: vec![0], action_offsets: vec![0], ..Recording::default() }
     }
-    /// Appends the present state and the contacts of the last step.
+    /// Appends the present state, and the contacts and actions of the last step.
     fn frame<S: Geometry>(&mut self, world: &World<S>) {
         let motion = &world.bodies().motion;
         self.time.push(world.time());
@@ -41,6 +43,8 @@ impl Recording {
         self.angular_velocity.extend(arrays::flat(&motion.angular_velocity));
         let count = records::append_contacts(world, &mut self.contacts) as i64;
         self.contact_offsets.push(self.contact_offsets.last().copied().unwrap_or(0) + count);
+        let count = records::append_actions(world, &mut self.actions) as i64;
+        self.action_offsets.push(self.action_offsets.last().copied().unwrap_or(0) + count);
     }
     /// Flat arrays by name; the Python side gives them their shapes.
     fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
@@ -56,6 +60,8 @@ impl Recording {
             dict.set_item(name, PyArray1::from_vec(py, numbers))?;
         }
         dict.set_item("contact_offsets", PyArray1::from_vec(py, self.contact_offsets))?;
+        dict.set_item("action_offsets", PyArray1::from_vec(py, self.action_offsets))?;
+        dict.set_item("actions", PyArray1::from_vec(py, self.actions.0))?;
         dict.set_item("contacts", PyArray1::from_vec(py, self.contacts.0))?;
         dict.set_item("steps", PyArray1::from_vec(py, self.steps.0))?;
         dict.set_item("inaccurate", self.inaccurate)?;

@@ -231,6 +231,10 @@ macro_rules! stamp {
                 records::contact_fields::<$space>()
             }
             #[staticmethod]
+            fn action_fields() -> Vec<Field> {
+                records::action_fields::<$space>()
+            }
+            #[staticmethod]
             fn step_fields() -> Vec<Field> {
                 records::step_fields::<$space>()
             }

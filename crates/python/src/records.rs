@@ -1,8 +1,8 @@
 //! Contacts and steps as packed records that numpy reads as structured arrays without a copy. Each layout is
 //! stated once, beside the function that writes it.
 
-use carom::solver::Impulse;
-use carom::{Column, Geometry, Ledger, Space, StepReport, Stop, Touch, World};
+use carom::solver::{Impulse, Twist};
+use carom::{Column, Geometry, Ledger, Space, StepReport, Stop, Touch, World, Wrench};
 
 /// A column of a record: name, numpy's code of its type, numbers in it (0: a plain number).
 pub type Field = (&'static str, &'static str, usize);
@@ -52,6 +52,11 @@ pub fn contact_fields<S: Space>() -> Vec<Field> {
         ("friction_impulse", "f8", S::DIM),
         ("slip", "f8", S::DIM),
         ("status", "u1", 0),
+        ("friction", "f8", 0),
+        ("impact_impulse", "f8", S::DIM),
+        ("kick_normal", "f8", S::DIM),
+        ("kick_arm", "f8", S::DIM),
+        ("moment", "f8", S::SPIN),
     ]
 }
 
@@ -67,6 +72,13 @@ struct Push<S: Space> {
     strikes: bool,
     friction_size: f64,
     slip: S::Vector,
+    /// What of the impulse is the impacts', world axes.
+    impact: S::Vector,
+    /// Normal, and arm from a's centre of mass, with which the persistent contact acted.
+    kick_normal: S::Vector,
+    kick_arm: S::Vector,
+    /// Rolling and spinning friction on a, world axes, over the whole step.
+    moment: S::Spin,
 }
 
 /// Sums impulses of impact and of persistent contact, touch by touch.
@@ -81,10 +93,21 @@ fn pushes<S: Geometry>(world: &World<S>) -> Vec<Push<S>> {
     let mut all: Vec<Push<S>> = (world.touches().iter().zip(strikes))
         .map(|(t, total)| {
             let arm = |i: usize| t.point - motion.position[i];
-            let slip = across(t, arm(t.a), arm(t.b));
-            Push { total, strikes: total.normal > 0.0, friction_size: total.tangent.norm(), slip }
+            Push {
+                total,
+                strikes: total.normal > 0.0,
+                friction_size: total.tangent.norm(),
+                slip: across(t, arm(t.a), arm(t.b)),
+                impact: t.normal * total.normal + spread(t, &total),
+                kick_normal: t.normal,
+                kick_arm: S::Vector::ZERO,
+                moment: S::Spin::ZERO,
+            }
         })
         .collect();
+    for (push, moment) in all.iter_mut().zip(world.last_strike_moments()) {
+        push.moment = *moment;
+    }
     let (problem, impulses, indices) = world.last_problem();
     for ((&k, contact), impulse) in indices.iter().zip(&problem.contacts).zip(&impulses.contacts) {
         // the kick's frame may have turned since detection: told in the frame of the contact as it was found
@@ -92,10 +115,23 @@ fn pushes<S: Geometry>(world: &World<S>) -> Vec<Push<S>> {
         all[k].total.normal += force.dot(t.normal);
         all[k].total.tangent += S::Slip::from_fn(|i| force.dot(S::tangent(t.normal, i)));
         all[k].friction_size += impulse.tangent.norm();
+        (all[k].kick_normal, all[k].kick_arm) = (contact.normal, contact.arm_a);
         // the slip that friction was solved against: at the arms of the kick
         all[k].slip = across(&world.touches()[k], contact.arm_a, contact.arm_b);
     }
+    for (r, m) in problem.resistances.iter().zip(&impulses.moments) {
+        all[indices[r.contact]].moment += problem.contacts[r.contact].moment_to_world(*m);
+    }
     all
+}
+
+/// The tangential part of an impulse in world axes.
+fn spread<S: Geometry>(t: &Touch<S>, impulse: &Impulse<S>) -> S::Vector {
+    let mut friction = S::Vector::ZERO;
+    for k in 0..S::SLIP {
+        friction += S::tangent(t.normal, k) * impulse.tangent[k];
+    }
+    friction
 }
 
 /// Appends the contacts of the world's last step; returns how many. Impulses of impact and of persistent contact
@@ -103,10 +139,7 @@ fn pushes<S: Geometry>(world: &World<S>) -> Vec<Push<S>> {
 /// after the step's impulses.
 pub fn append_contacts<S: Geometry>(world: &World<S>, out: &mut Records) -> usize {
     for (t, push) in world.touches().iter().zip(pushes(world)) {
-        let mut friction = S::Vector::ZERO;
-        for k in 0..S::SLIP {
-            friction += S::tangent(t.normal, k) * push.total.tangent[k];
-        }
+        let friction = spread(t, &push.total);
         let at_the_limit = push.friction_size >= AT_THE_LIMIT * t.friction * push.total.normal;
         out.i4(t.a);
         out.i4(t.b);
@@ -123,8 +156,43 @@ pub fn append_contacts<S: Geometry>(world: &World<S>, out: &mut Records) -> usiz
             true if at_the_limit => 2,
             true => 1,
         });
+        out.f8(t.friction);
+        out.all(push.impact.as_slice());
+        out.all(push.kick_normal.as_slice());
+        out.all(push.kick_arm.as_slice());
+        out.all(push.moment.as_slice());
     }
     world.touches().len()
+}
+
+/// Columns of an action: what moved a body in a step besides gravity, damping and contacts.
+pub fn action_fields<S: Space>() -> Vec<Field> {
+    vec![
+        ("body", "i4", 0),
+        ("force", "f8", S::DIM),
+        ("torque", "f8", S::SPIN),
+        ("correction", "f8", S::DIM),
+        ("correction_turn", "f8", S::SPIN),
+    ]
+}
+
+/// Appends the loads and corrections of the world's last step, of bodies that had any; returns how many.
+pub fn append_actions<S: Geometry>(world: &World<S>, out: &mut Records) -> usize {
+    let mut count = 0;
+    for i in (0..world.bodies().len()).filter(|&i| world.bodies().is_dynamic(i)) {
+        let load = world.last_loads().get(i).copied().unwrap_or_default();
+        let moved = world.last_correction().get(i).copied().unwrap_or_default();
+        if load == Wrench::default() && moved == Twist::default() {
+            continue;
+        }
+        out.i4(i);
+        out.all(load.force.as_slice());
+        out.all(load.torque.as_slice());
+        out.all(moved.linear.as_slice());
+        out.all(moved.angular.as_slice());
+        count += 1;
+    }
+    count
 }
 
 /// Columns of a step.

@@ -35,12 +35,14 @@ pub struct Correction<S: Geometry> {
     problem: ContactProblem<S>,
     impulses: Impulses<S>,
     solver: Pgs<S>,
+    /// How far the last correction moved each body \[m\] and turned it \[rad\]; empty when it moved none.
+    pub moved: Vec<Twist<S>>,
 }
 
 impl<S: Geometry> Default for Correction<S> {
     fn default() -> Self {
         let problem = ContactProblem::new(Vec::new(), Vec::new());
-        Correction { impulses: Impulses::zero(&problem), problem, solver: Pgs::default() }
+        Correction { impulses: Impulses::zero(&problem), problem, solver: Pgs::default(), moved: Vec::new() }
     }
 }
 
@@ -54,12 +56,16 @@ impl<S: Geometry> Correction<S> {
         slop: f64,
         dt: f64,
     ) -> bool {
+        self.moved.clear();
         if overlaps.iter().all(|o| o.leaves || o.excess(slop) <= 0.0) {
             return false;
         }
         match settings.position_correction {
             PositionCorrection::None => return false,
-            PositionCorrection::Nudge => nudge(bodies, overlaps, settings.correction_fraction, slop),
+            PositionCorrection::Nudge => {
+                let moved = nudge(bodies, overlaps, settings.correction_fraction, slop);
+                self.moved.extend(moved.into_iter().map(|linear| Twist { linear, angular: S::Spin::ZERO }));
+            }
             PositionCorrection::SplitImpulse => self.split_impulse(bodies, overlaps, settings, slop, dt),
         }
         true
@@ -96,6 +102,7 @@ impl<S: Geometry> Correction<S> {
         };
         self.solver.solve(&self.problem, &solve, &mut self.impulses);
         for (i, v) in self.problem.velocities_after(&self.impulses).iter().enumerate() {
+            self.moved.push(Twist { linear: v.linear * dt, angular: v.angular * dt });
             bodies.motion.position[i] += v.linear * dt;
             if v.angular != S::Spin::ZERO {
                 let momentum = bodies.spin_momentum(i);
@@ -108,8 +115,13 @@ impl<S: Geometry> Correction<S> {
 }
 
 /// Moves each overlapping pair apart along its normal by a fraction of its overlap, shares by inverse mass;
-/// later contacts see what earlier ones did (item 26).
-fn nudge<S: Geometry>(bodies: &mut Bodies<S>, overlaps: &[Overlap<S>], fraction: f64, slop: f64) {
+/// later contacts see what earlier ones did (item 26). Gives the way of each body.
+fn nudge<S: Geometry>(
+    bodies: &mut Bodies<S>,
+    overlaps: &[Overlap<S>],
+    fraction: f64,
+    slop: f64,
+) -> Vec<S::Vector> {
     let mut moved = vec![S::Vector::ZERO; bodies.len()];
     for o in overlaps.iter().filter(|o| !o.leaves) {
         let t = &o.touch;
@@ -122,7 +134,8 @@ fn nudge<S: Geometry>(bodies: &mut Bodies<S>, overlaps: &[Overlap<S>], fraction:
             moved[t.b] -= push * b;
         }
     }
-    for (x, d) in bodies.motion.position.iter_mut().zip(moved) {
-        *x += d;
+    for (x, d) in bodies.motion.position.iter_mut().zip(&moved) {
+        *x += *d;
     }
+    moved
 }

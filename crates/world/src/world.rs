@@ -19,7 +19,7 @@ use crate::stepping::{Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Planar, Rotation, Spatial};
-use carom_solver::{Certificate, ContactProblem, Impulse, Impulses, Watch, unwatched};
+use carom_solver::{Certificate, ContactProblem, Impulse, Impulses, Twist, Watch, unwatched};
 
 /// A world of the plane.
 pub type World2 = World<Planar>;
@@ -264,6 +264,27 @@ impl<S: Geometry> World<S> {
     /// Impulses that the last step's impacts gave to each of its touches, in contact frames.
     pub fn last_strikes(&self) -> &[Impulse<S>] {
         &self.schemes.impacts().totals
+    }
+    /// Moments of rolling and spinning friction that the last step's impacts gave to each of its touches, on body a,
+    /// in world axes.
+    pub fn last_strike_moments(&self) -> &[S::Spin] {
+        &self.schemes.impacts().moments
+    }
+    /// Applied loads of the last step on each body, their mean over the step; entries of bodies that forces do not
+    /// move mean nothing.
+    pub fn last_loads(&self) -> &[Wrench<S>] {
+        match self.schemes.ran {
+            Scheme::FixedStep => &self.schemes.fixed_step.loads,
+            Scheme::Events => &self.schemes.events.loads,
+        }
+    }
+    /// How far the last step's position correction moved \[m\] and turned \[rad\] each body; empty when it moved none,
+    /// and for the scheme with events, which projects within its step.
+    pub fn last_correction(&self) -> &[Twist<S>] {
+        match self.schemes.ran {
+            Scheme::FixedStep => &self.schemes.fixed_step.correction.moved,
+            Scheme::Events => &[],
+        }
     }
     /// The problem that a step of length `dt` \[s\] would solve from here. The world does not change, but its
     /// force fields are asked as in a step.

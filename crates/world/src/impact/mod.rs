@@ -23,6 +23,7 @@ use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
 use crate::settings::{ImpactLaw, Settings};
 use carom_geometry::Geometry;
+use carom_math::Column;
 use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, Stop, Twist, Watch};
 
 /// Rounds of impacts within a fixed step; a blow that runs through more bodies goes on in the next step.
@@ -44,6 +45,8 @@ pub struct Impacts<S: Geometry> {
     pub guarded: usize,
     /// Times that its rounds did not end by themselves and what still approached was ended plastically.
     pub ended_plastic: usize,
+    /// Moment of rolling and spinning friction of each of the step's touches over all rounds, in world axes.
+    pub moments: Vec<S::Spin>,
     /// Problem, impulses and indices of the later rounds.
     later: (ContactProblem<S>, Impulses<S>, Vec<usize>),
     after: Vec<Twist<S>>,
@@ -69,6 +72,7 @@ impl<S: Geometry> Default for Impacts<S> {
             rounds: 0,
             guarded: 0,
             ended_plastic: 0,
+            moments: Vec::new(),
             after: Vec::new(),
             bounces: Vec::new(),
             parts: Vec::new(),
@@ -149,6 +153,8 @@ impl<S: Geometry> Impacts<S> {
         self.struck.clear();
         self.totals.clear();
         self.totals.resize(touches, Impulse::default());
+        self.moments.clear();
+        self.moments.resize(touches, S::Spin::ZERO);
         (self.rounds, self.guarded, self.ended_plastic) = (0, 0, 0);
     }
 
@@ -178,6 +184,9 @@ impl<S: Geometry> Impacts<S> {
         for (&k, g) in self.struck.iter().zip(&self.impulses.contacts) {
             self.totals[k].normal += g.normal;
             self.totals[k].tangent += g.tangent;
+        }
+        for (r, m) in self.problem.resistances.iter().zip(&self.impulses.moments) {
+            self.moments[self.struck[r.contact]] += self.problem.contacts[r.contact].moment_to_world(*m);
         }
         self.after.clear();
         self.after.extend_from_slice(&self.problem.velocities);

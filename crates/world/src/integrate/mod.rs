@@ -80,7 +80,7 @@ impl Integrator {
     pub fn kicks_half_way(self) -> bool {
         matches!(self, Integrator::Trapezoid | Integrator::ImplicitMidpoint)
     }
-    /// Moves the poses to where the kick acts.
+    /// Moves the poses to where the kick acts. Where the drift has the loads already, `mean` gets their mean.
     ///
     /// # Errors
     /// What the loads return.
@@ -89,12 +89,13 @@ impl Integrator {
         bodies: &mut Bodies<S>,
         step: &Step<S>,
         loads: &mut Loads<S>,
+        mean: &mut Vec<Wrench<S>>,
     ) -> Result<DriftWork, StepError> {
         match self {
             Integrator::ExplicitEuler | Integrator::SemiImplicitEuler => {}
             Integrator::Trapezoid => drift(bodies, 0.5 * step.dt, split_rotation),
             Integrator::ImplicitMidpoint => drift(bodies, 0.5 * step.dt, midpoint_rotation),
-            Integrator::Rk4 => return rk4::advance(bodies, step, loads),
+            Integrator::Rk4 => return rk4::advance(bodies, step, loads, mean),
         }
         Ok(DriftWork::default())
     }

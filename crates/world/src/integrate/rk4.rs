@@ -32,11 +32,13 @@ struct Rate<S: Geometry> {
 /// Weights of the four stages and where each is taken.
 const STAGES: [(f64, f64); 4] = [(1.0 / 6.0, 0.0), (1.0 / 3.0, 0.5), (1.0 / 3.0, 0.5), (1.0 / 6.0, 1.0)];
 
-/// Moves all bodies freely over the step, and half of the last velocity's way back: there contacts act.
+/// Moves all bodies freely over the step, and half of the last velocity's way back: there contacts act. `mean` gets
+/// the loads' mean over the stages.
 pub fn advance<S: Geometry>(
     bodies: &mut Bodies<S>,
     step: &Step<S>,
     loads: &mut Loads<S>,
+    mean: &mut Vec<Wrench<S>>,
 ) -> Result<DriftWork, StepError> {
     let n = bodies.len();
     let start: Vec<State<S>> = (0..n).map(|i| state(bodies, i)).collect();
@@ -44,6 +46,8 @@ pub fn advance<S: Geometry>(
     let mut wrenches = Vec::new();
     let mut rates: Vec<Rate<S>> = Vec::new();
     let mut work = DriftWork::default();
+    mean.clear();
+    mean.resize(n, Wrench::default());
     for (weight, at) in STAGES {
         for i in 0..n {
             let y = if rates.is_empty() { start[i] } else { advanced(&start[i], &rates[i], at * step.dt) };
@@ -53,6 +57,7 @@ pub fn advance<S: Geometry>(
         rates = (0..n).map(|i| rate(bodies, i, step.gravity, &wrenches[i])).collect();
         for i in 0..n {
             end[i] = advanced(&end[i], &rates[i], weight * step.dt);
+            mean[i].add(&Wrench { force: wrenches[i].force * weight, torque: wrenches[i].torque * weight });
             work.applied += weight * step.dt * rates[i].power;
         }
     }

@@ -31,7 +31,8 @@ pub struct FixedStep<S: Geometry> {
     /// The impacts of the last step.
     pub impacts: Impacts<S>,
     mid_step: MidStep<S>,
-    correction: Correction<S>,
+    /// The position correction of the last step.
+    pub correction: Correction<S>,
     /// The contact problem of the last step.
     pub problem: ContactProblem<S>,
     /// Its impulses.
@@ -44,6 +45,8 @@ pub struct FixedStep<S: Geometry> {
     after: Vec<Twist<S>>,
     origin: Vec<S::Vector>,
     wrenches: Vec<Wrench<S>>,
+    /// The applied loads of the last step, their mean over it; entries of bodies that forces do not move mean nothing.
+    pub loads: Vec<Wrench<S>>,
     overlaps: Vec<Overlap<S>>,
 }
 
@@ -65,6 +68,7 @@ impl<S: Geometry> Default for FixedStep<S> {
             after: Vec::new(),
             origin: Vec::new(),
             wrenches: Vec::new(),
+            loads: Vec::new(),
             overlaps: Vec::new(),
         }
     }
@@ -187,7 +191,7 @@ impl<S: Geometry> FixedStep<S> {
         self.start.extend((0..bodies.len()).map(|i| bodies.motion.twist(i)));
         self.origin.clone_from(&bodies.motion.position);
         let before = Energy::of(bodies, step.gravity);
-        let DriftWork { gravity, applied } = integrator.before_kick(bodies, step, loads)?;
+        let DriftWork { gravity, applied } = integrator.before_kick(bodies, step, loads, &mut self.loads)?;
         if integrator.kicks_with_gravity() {
             // a tumbling body's spin at the kick is another one than at the start
             self.start.clear();
@@ -210,7 +214,12 @@ impl<S: Geometry> FixedStep<S> {
         ledger: &mut Ledger,
     ) -> Result<(), StepError> {
         integrator.load_impulses(bodies, step, loads, &mut self.wrenches)?;
-        let gravity = if integrator.kicks_with_gravity() { step.gravity } else { S::Vector::ZERO };
+        let gravity = if integrator.kicks_with_gravity() {
+            self.loads.clone_from(&self.wrenches);
+            step.gravity
+        } else {
+            S::Vector::ZERO
+        };
         self.free.clear();
         for i in 0..bodies.len() {
             let mut v = bodies.motion.twist(i);

@@ -29,6 +29,7 @@ use crate::warm_start::WarmStart;
 use arrival::Arrivals;
 use candidates::{Candidates, reaches};
 use carom_geometry::Geometry;
+use carom_math::Column;
 use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, SolverKind, Watch};
 use limits::Limits;
 use timeline::{Common, Island, Timeline};
@@ -46,6 +47,8 @@ pub struct EventsScheme<S: Geometry> {
     pub failed: Option<SolveReport>,
     /// The impact phase.
     pub impacts: Impacts<S>,
+    /// Applied loads of the last step on each body.
+    pub loads: Vec<Wrench<S>>,
     /// Contacts of the islands' last flows.
     pub touches: Vec<Touch<S>>,
     /// Their problem, in the world's indices; velocities are sums of start and end, twice the mean.
@@ -65,6 +68,7 @@ impl<S: Geometry> Default for EventsScheme<S> {
             arrivals: Arrivals::default(),
             failed: None,
             impacts: Impacts::default(),
+            loads: Vec::new(),
             touches: Vec::new(),
             impulses: Impulses::zero(&problem),
             problem,
@@ -105,6 +109,7 @@ impl<S: Geometry> EventsScheme<S> {
                 return Err(error);
             }
         };
+        self.loads = wrenches;
         self.collect(bodies, settings, done, &mut report, warm);
         move_obstacles(bodies, settings, step.dt);
         damp(bodies, 0.5 * step.dt, &mut report.ledger);
@@ -202,6 +207,8 @@ impl<S: Geometry> EventsScheme<S> {
         self.impacts.struck.clear();
         self.impacts.totals.clear();
         self.impacts.totals.resize(self.touches.len(), Impulse::default());
+        self.impacts.moments.clear();
+        self.impacts.moments.resize(self.touches.len(), S::Spin::ZERO);
     }
 
     fn judge(&mut self, report: &SchemeReport, settings: &Settings<S>, time: f64) -> Result<(), StepError> {
