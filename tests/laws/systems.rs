@@ -20,7 +20,7 @@ in_plane_and_space!(
 );
 
 /// A weightless world in which touching balls of radius .1 and mass 1 meet elastically, without friction.
-fn table<S: Dimension>(law: ImpactLaw, balls: &[(S::Vector, S::Vector)]) -> World<S> {
+pub fn table<S: Dimension>(law: ImpactLaw, balls: &[(S::Vector, S::Vector)]) -> World<S> {
     let mut w = world::<S>(Settings { impact: Some(law), ..weightless(1e-3) });
     for (k, (place, velocity)) in balls.iter().enumerate() {
         let ball = BodySpec::heavy(S::ball(0.1), 1.0).at(*place).moving(*velocity);
@@ -30,12 +30,12 @@ fn table<S: Dimension>(law: ImpactLaw, balls: &[(S::Vector, S::Vector)]) -> Worl
 }
 
 /// Balls in a row along, touching or with gaps, with these speeds.
-fn row<S: Dimension>(law: ImpactLaw, gap: f64, speeds: &[f64]) -> World<S> {
+pub fn row<S: Dimension>(law: ImpactLaw, gap: f64, speeds: &[f64]) -> World<S> {
     let balls = speeds.iter().enumerate().map(|(k, v)| (S::at(k as f64 * (0.2 + gap), 0.0), S::at(*v, 0.0)));
     table(law, &balls.collect::<Vec<_>>())
 }
 
-fn speeds<S: Dimension>(w: &World<S>) -> Vec<f64> {
+pub fn speeds<S: Dimension>(w: &World<S>) -> Vec<f64> {
     w.bodies().motion.velocity.iter().map(|v| S::along(*v)).collect()
 }
 

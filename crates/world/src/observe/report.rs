@@ -44,6 +44,34 @@ impl SolveReport {
     }
 }
 
+/// What the impacts of a step came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ImpactReport {
+    /// Rounds of impacts.
+    pub rounds: usize,
+    /// Islands of impacts that would gain energy by their own law: what became of them is `energy_guard`'s matter.
+    pub guarded: usize,
+    /// Times that rounds did not end by themselves and what still approached was ended plastically.
+    pub ended_plastic: usize,
+    /// Energy that the guarded islands' own law gains \[J\]: in the books where the guard only warns, else not.
+    pub gain: f64,
+    /// Bodies of the contact that gains most, by index.
+    pub gaining: Option<(usize, usize)>,
+}
+
+impl ImpactReport {
+    /// Adds what later impacts of the same step came to.
+    pub fn add(&mut self, o: &ImpactReport) {
+        if o.gain > self.gain {
+            self.gaining = o.gaining;
+        }
+        self.rounds += o.rounds;
+        self.guarded += o.guarded;
+        self.ended_plastic += o.ended_plastic;
+        self.gain += o.gain;
+    }
+}
+
 /// Report of one step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
@@ -66,6 +94,9 @@ pub struct StepReport<S: Space> {
     pub contact_solve: Option<SolveReport>,
     /// The solve of the impacts; `None` when nothing approached.
     pub impact_solve: Option<SolveReport>,
+    /// Rounds of the impacts, and what the energy guard did.
+    #[serde(default)]
+    pub impacts: ImpactReport,
     /// Smallest gap at the step's start \[m\], negative for overlap, and its bodies by index.
     pub deepest: Option<(f64, usize, usize)>,
     /// Energy after the step.

@@ -15,7 +15,7 @@ use crate::mid_step::MidStep;
 use crate::narrow_phase::{Touch, normal_velocity, smallest_extent};
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
-use crate::observe::report::SolveReport;
+use crate::observe::report::{ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
@@ -77,6 +77,8 @@ pub struct SchemeReport {
     pub contact_solve: Option<SolveReport>,
     /// The impacts' solve.
     pub impact_solve: Option<SolveReport>,
+    /// What the impacts came to.
+    pub impacts: ImpactReport,
     /// The step's lines.
     pub ledger: Ledger,
 }
@@ -127,7 +129,9 @@ impl<S: Geometry> FixedStep<S> {
         self.choose_solver(settings);
 
         report.impact_solve = self.impact(bodies, touches, settings, &limits, &mut report.ledger, watch);
+        self.impacts.check(bodies, settings, step.time)?;
         self.judge(&report.impact_solve, settings, "impact", step.time)?;
+        report.impacts = self.impacts.report();
         self.approaches.clear();
         self.approaches.extend(touches.iter().map(|t| normal_velocity(bodies, t)));
         damp(bodies, 0.5 * step.dt, &mut report.ledger);
