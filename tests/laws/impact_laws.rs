@@ -7,8 +7,8 @@ use crate::systems::{row, speeds, table};
 use carom::geometry::MassProperties;
 use carom::impact::{Impacts, Thresholds, Watched};
 use carom::{
-    Bodies, BodySpec, Column, EnergyGuard, ImpactLaw, Ledger, Planar, Settings, SolverKind, Space, StepError,
-    Touch, World, unwatched,
+    BodySpec, Column, EnergyGuard, ImpactLaw, Ledger, Planar, Settings, SolverKind, Space, StepError, Touch,
+    World, unwatched,
 };
 
 in_plane_and_space!(
@@ -94,7 +94,6 @@ struct Struck<S: Dimension> {
     energy: f64,
     /// The fastest approach that is left.
     approach: f64,
-    bodies: Bodies<S>,
 }
 
 fn strike<S: Dimension>(system: &mut System<S>, law: ImpactLaw, energy_guard: EnergyGuard) -> Struck<S> {
@@ -123,8 +122,7 @@ fn strike_above<S: Dimension>(
     impacts.resolve(bodies, touches, &settings, &to_the_end(rest_speed), &mut watched, &mut ledger);
     let approach = touches.iter().map(|t| -carom::narrow_phase::normal_velocity(bodies, t));
     let approach = approach.fold(0.0, f64::max);
-    let bodies = bodies.clone();
-    Struck { impacts, ledger, change: world.energy().kinetic() - energy, energy, approach, bodies }
+    Struck { impacts, ledger, change: world.energy().kinetic() - energy, energy, approach }
 }
 
 /// All kinds: with and without friction, one restitution and many.
