@@ -7,8 +7,8 @@ use crate::systems::{row, speeds, table};
 use carom::geometry::MassProperties;
 use carom::impact::{Impacts, Thresholds, Watched};
 use carom::{
-    BodySpec, Column, EnergyGuard, ImpactLaw, Ledger, Planar, Settings, SolverKind, Space, StepError, Touch,
-    World, unwatched,
+    BodySpec, Column, EnergyGuard, ImpactLaw, Ledger, Planar, Settings, SolverKind, StepError, Touch, World,
+    unwatched,
 };
 
 in_plane_and_space!(
