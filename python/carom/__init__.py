@@ -22,11 +22,13 @@ from carom._explanation import Explanation, Finding
 from carom._friction_problem import FrictionMeasure, FrictionProblem, FrictionSolution
 from carom._friction_problem_certificate import FrictionCertificate
 from carom._problem import ContactProblem, Residual, Solution
-from carom._report import IslandReport, Snapshot, StageReport, StepReport
+from carom._report import ImpactReport, IslandReport, Snapshot, StageReport, StepReport
 from carom.errors import (
     BuildError,
     BusyError,
     CaromError,
+    EnergyGainError,
+    EnergyGainWarning,
     InaccurateError,
     InaccurateWarning,
     RunFileError,
@@ -106,12 +108,15 @@ __all__ = [
     "Certificate",
     "Comparison",
     "ContactProblem",
+    "EnergyGainError",
+    "EnergyGainWarning",
     "Explanation",
     "Finding",
     "FrictionCertificate",
     "FrictionMeasure",
     "FrictionProblem",
     "FrictionSolution",
+    "ImpactReport",
     "InaccurateError",
     "InaccurateWarning",
     "IslandReport",

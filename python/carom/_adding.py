@@ -56,6 +56,7 @@ def body_arguments(given: Mapping[str, Any], space: Space) -> tuple[dict[str, An
         ),
         "can_rotate": bool(given.get("can_rotate", True))
         and (table is not None or given.get("inertia") is not None),
+        "material": _material(given.get("material"), name),
         "groups": _bits(given["collision_groups"], "collision_groups", name),
         "collides_with": _bits(given["collision_mask"], "collision_mask", name),
         **{key: number(given.get(key, 0.0), key, unit, name) for key, unit in _COEFFICIENTS.items()},
@@ -71,6 +72,12 @@ _COEFFICIENTS = {
     "linear_damping": "1/s",
     "angular_damping": "1/s",
 }
+
+
+def _material(value: Any, name: str) -> str | None:
+    if value is not None and not isinstance(value, str):
+        raise refused(name, "material", "must be a name", value, "give a text, or leave it out")
+    return value
 
 
 def _check_obstacle(given: Mapping[str, Any], kind: str, table: Any, name: str) -> None:

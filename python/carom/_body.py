@@ -104,6 +104,12 @@ class Body:
         return float(self._constant("extent"))
 
     @property
+    def material(self) -> str | None:
+        """Name of its material, by which `World.set_pair` tells pairs apart."""
+        found: str | None = self._constant("material")
+        return found
+
+    @property
     def linear_damping(self) -> float:
         """Rate at which the velocity decays [1/s]."""
         return float(self._constant("linear_damping"))

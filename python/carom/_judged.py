@@ -12,7 +12,7 @@ from carom._certificate import Certificate
 from carom._explanation import Finding
 from carom._problem import ContactProblem
 from carom._space import Floats, Space, frozen, number
-from carom.errors import InaccurateWarning, refused
+from carom.errors import EnergyGainWarning, InaccurateWarning, refused
 
 #: Told of long solves: stage, iterations so far [1], residual so far in the solver's own measure.
 SolveProgress = Callable[[str, int, float], None]
@@ -21,9 +21,10 @@ SolveProgress = Callable[[str, int, float], None]
 class Judged:
     """The part of a world that looks at its solves."""
 
-    __slots__ = ("_warned",)
+    __slots__ = ("_warned", "_warned_of_gain")
     _space: ClassVar[Space]
     _warned: bool
+    _warned_of_gain: bool
     if TYPE_CHECKING:
         _native: Any
 
@@ -68,7 +69,8 @@ class Judged:
         Parameters
         ----------
         phase : "contact" for the persistent contacts, "impact" for the first round of the impacts before
-            them; where the energy guard put Moreau's law in the place of Newton's, the residual tells that
+            them; impulses of "moreau", "poisson", "sequential" and of the energy guard obey other conditions
+            than Newton's at the end: there the residual tells that
         island : name of a body whose island alone is meant; contacts keep their numbers
 
         Raises
@@ -93,6 +95,23 @@ class Judged:
             f"not told (on_inaccurate):\n{reasons}"
         )
         warnings.warn(InaccurateWarning(text, findings), stacklevel=_levels_to_the_caller())
+
+    def _warn_of_gain(self, step: int, time: float, findings: tuple[Finding, ...]) -> None:
+        """Warns of impacts that gained energy, once until the next run or change of a setting."""
+        if self._warned_of_gain:
+            return
+        self._warned_of_gain = True
+        gains = tuple(finding for finding in findings if finding.topic == "energy_gain")
+        reasons = "\n".join(f"  - {finding}" for finding in gains)
+        text = (
+            f"impacts of step {step} (t = {time:.6g} s) gained energy; further ones of this run are not told "
+            f"(energy_guard):\n{reasons}"
+        )
+        warnings.warn(EnergyGainWarning(text, gains), stacklevel=_levels_to_the_caller())
+
+    def _forget_warnings(self) -> None:
+        """What was warned of is told again."""
+        self._warned = self._warned_of_gain = False
 
 
 def _phase(name: str) -> str:

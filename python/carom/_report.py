@@ -73,6 +73,25 @@ class IslandReport(NamedTuple):
         return tuple(stage.solver for stage in self.stages)
 
 
+class ImpactReport(NamedTuple):
+    """What the impacts of a step came to.
+
+    Attributes
+    ----------
+    rounds : of impacts [1]
+    guarded : islands of impacts that would gain energy by their own law [1]; `energy_guard` says what then
+    ended_plastic : times that rounds did not end by themselves and were ended plastically [1]
+    gain : energy that the guarded islands' own law gains [J]; in the books with "warn", else not
+    gaining_contact : names of the two bodies that gain most, or None
+    """
+
+    rounds: int
+    guarded: int
+    ended_plastic: int
+    gain: float
+    gaining_contact: tuple[str, str] | None
+
+
 class _StepFields(NamedTuple):
     step: int
     time: float
@@ -94,6 +113,7 @@ class _StepFields(NamedTuple):
     solver: str
     tolerance: float
     accurate: bool
+    impacts: ImpactReport
     islands: tuple[IslandReport, ...]
     findings: tuple[Finding, ...]
 
@@ -116,6 +136,7 @@ class StepReport(_StepFields):
     lines : the step's work by cause [J], in the order of `carom._carom.LEDGER_LINES`; see `ledger`
     solver, tolerance : asked for; the residual in m/s
     accurate : whether every solve is within the tolerance by its residual; a tolerance of 0 asks for nothing
+    impacts : `ImpactReport`: rounds, and what the energy guard did
     islands : `IslandReport` of each island where anything pressed, from solvers that go island by island:
         those of impacts, then those of persistent contacts
     findings : `Finding` of the step in brief; see `explain`
@@ -125,9 +146,9 @@ class StepReport(_StepFields):
 
     @classmethod
     def _told(cls, fields: Iterable[Any], world: World) -> Self:
-        *plain, islands, findings = fields
+        *plain, impacts, islands, findings = fields
         told = tuple(IslandReport._told(island) for island in islands)
-        made = cls._make((*plain, told, findings_of(findings)))
+        made = cls._make((*plain, ImpactReport._make(impacts), told, findings_of(findings)))
         made._world = weakref.ref(world)
         return made
 
@@ -248,7 +269,7 @@ class Chunk:
     """A piece of a run: f frames, s steps, n bodies; shapes and units as in `carom.recording`.
 
     `inaccurate` has the number, the time [s] and the findings of the first step above the tolerance, when
-    it was asked for.
+    it was asked for; `gaining` the same of the first whose impacts gained energy under a guard that warns.
     """
 
     time: Floats
@@ -262,6 +283,7 @@ class Chunk:
     actions: Records
     steps: Records
     inaccurate: tuple[int, float, tuple[Finding, ...]] | None = None
+    gaining: tuple[int, float, tuple[Finding, ...]] | None = None
 
 
 def chunk_of(recorded: dict[str, Any], space: Space, bodies: int) -> Chunk:
@@ -283,12 +305,13 @@ def chunk_of(recorded: dict[str, Any], space: Space, bodies: int) -> Chunk:
         action_offsets=recorded["action_offsets"],
         actions=recorded["actions"].view(space.action_type),
         steps=recorded["steps"].view(space.step_type),
-        inaccurate=_first_inaccurate(recorded["inaccurate"]),
+        inaccurate=_first(recorded["inaccurate"]),
+        gaining=_first(recorded["gaining"]),
     )
 
 
-def _first_inaccurate(
+def _first(
     told: tuple[int, float, list[Any]] | None,
 ) -> tuple[int, float, tuple[Finding, ...]] | None:
-    """Number and time of the first step above the tolerance, and why."""
+    """Number and time of the first step that is worth a warning, and why."""
     return None if told is None else (told[0], told[1], findings_of(told[2]))

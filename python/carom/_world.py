@@ -76,7 +76,14 @@ class World(Judged):
     )
     warm_start: Setting[bool] = Setting("Whether a solve starts from the last step's impulses.")
     friction_law: Setting[str] = Setting('"disc" (Coulomb, default) or "box" (each tangent on its own).')
-    impact: Setting[str] = Setting('Impact law: "newton" (default) or "sequential"; see `carom.impact`.')
+    impact: Setting[str | None] = Setting(
+        'Impact law: "generalized_reflections", "newton", "sequential", "moreau" or "poisson", see '
+        '`carom.impact`; None (default): the scheme\'s own, "newton" for "fixed_step".'
+    )
+    energy_guard: Setting[str] = Setting(
+        'What happens to impacts that would gain energy: "clamp" (default; they get Moreau\'s law), "warn" '
+        '(once per run) or "raise" (the step is not taken).'
+    )
     rest_speed_factor: Setting[float] = Setting("Impacts slower than this times |g| dt do not bounce [1].")
     position_correction: Setting[str] = Setting('"split_impulse" (default), "nudge" or "none".')
     correction_fraction: Setting[float] = Setting("Share of an overlap that a step corrects [1].")
@@ -94,7 +101,7 @@ class World(Judged):
         self._forces: dict[str, Force] = {}
         self._late_error: BaseException | None = None
         self._progress: SolveProgress | None = None
-        self._warned = False
+        self._forget_warnings()
         self.last_run: Run | None = None
         given = {"gravity": gravity, "dt": dt}
         for name, value in {**{k: v for k, v in given.items() if v is not None}, **settings}.items():
@@ -131,7 +138,7 @@ class World(Judged):
             raise refused(None, name, "must be a plain value", value, remedy) from None
         with attributed({name: value}):
             self._native.set(name, text)
-        self._warned = False
+        self._forget_warnings()
 
     # --- bodies ---
 
@@ -153,6 +160,7 @@ class World(Judged):
         rolling_friction: float = 0.0,
         spinning_friction: float = 0.0,
         restitution: float = 0.0,
+        material: str | None = None,
         linear_damping: float = 0.0,
         angular_damping: float = 0.0,
         collision_groups: int = 1,
@@ -182,6 +190,7 @@ class World(Judged):
             normal force [m]; a contact takes the larger of its two bodies'; spinning has no effect in the
             plane. Source: Coulomb's law for moments (theory eqs. 3.24 to 3.26); solved by "pgs", "nncg" and
             "apgd"
+        material : name by which `set_pair` tells pairs of bodies apart
         linear_damping, angular_damping : decay rates [1/s]
         collision_groups, collision_mask : groups as bits; two bodies collide when each one's groups meet the
             other's mask
@@ -210,6 +219,7 @@ class World(Judged):
         rolling_friction: float = 0.0,
         spinning_friction: float = 0.0,
         restitution: float = 0.0,
+        material: str | None = None,
         collision_groups: int = 1,
         collision_mask: int = 0xFFFF_FFFF,
         **unknown_arguments: Never,
@@ -235,6 +245,7 @@ class World(Judged):
         rolling_friction: float = 0.0,
         spinning_friction: float = 0.0,
         restitution: float = 0.0,
+        material: str | None = None,
         collision_groups: int = 1,
         collision_mask: int = 0xFFFF_FFFF,
         **unknown_arguments: Never,
@@ -245,6 +256,55 @@ class World(Judged):
         """
         given = {key: value for key, value in locals().items() if key not in ("self", "unknown_arguments")}
         return self._add({**given, "kind": "kinematic"}, unknown_arguments)
+
+    def set_pair(
+        self,
+        one: str,
+        other: str,
+        *,
+        friction: float | None = None,
+        restitution: float | None = None,
+        rolling_friction: float | None = None,
+        spinning_friction: float | None = None,
+    ) -> None:
+        """Says the coefficients of a pair of materials, in either order; what is left out is mixed.
+
+        Parameters
+        ----------
+        one, other : materials of bodies; the same twice for bodies of one material
+        friction, restitution : coefficients [1]
+        rolling_friction, spinning_friction : largest moments per normal force [m]
+
+        Raises
+        ------
+        BuildError
+            For a material that no body has, with the nearest name, or a coefficient out of range.
+        """
+        given = {
+            "friction": friction,
+            "restitution": restitution,
+            "rolling_friction": rolling_friction,
+            "spinning_friction": spinning_friction,
+        }
+        plain = {key: number(value, key, "1") for key, value in given.items() if value is not None}
+        with attributed({**given, "material": [one, other]}):
+            self._native.set_pair(one, other, json.dumps(plain))
+
+    def remove_pair(self, one: str, other: str) -> None:
+        """Forgets what was said of a pair of materials: their coefficients are mixed again.
+
+        Raises
+        ------
+        BuildError
+            For a material that no body has.
+        """
+        with attributed({"material": [one, other]}):
+            self._native.set_pair(one, other, None)
+
+    @property
+    def pairs(self) -> dict[tuple[str, str], dict[str, float]]:
+        """What was said of pairs of materials, by their names."""
+        return {(one, other): json.loads(text) for one, other, text in self._native.pairs()}
 
     def _add(self, given: dict[str, Any], unknown_arguments: Mapping[str, Any]) -> Body:
         name, kind = given["name"], given["kind"]
@@ -412,6 +472,8 @@ class World(Judged):
             When the solver refuses the contact problem; the world is as before.
         InaccurateError
             When a solve ends above the tolerance and `on_inaccurate` is "raise"; the world is as before.
+        EnergyGainError
+            When impacts would gain energy and `energy_guard` is "raise"; the world is as before.
         KeyboardInterrupt
             After Ctrl-C in a long solve; the world is as before.
         BusyError
@@ -421,10 +483,14 @@ class World(Judged):
         -----
         InaccurateWarning
             At the first inaccurate step since a setting changed ("warn"; "escalate" where nothing helped).
+        EnergyGainWarning
+            At the first step since a setting changed whose impacts gained energy (`energy_guard` "warn").
         """
         length = None if dt is None else number(dt, "dt", "s")
         try:
             report = StepReport._told(self._native.step(length, progress), self)
+            if report.impacts.guarded and not self._warned_of_gain and self.energy_guard == "warn":
+                self._warn_of_gain(report.step, report.time, report.findings)
             if not report.accurate and not self._warned and self.on_inaccurate in ("warn", "escalate"):
                 self._warn(report.step, report.time, report.explain().findings)
             return report
@@ -489,6 +555,8 @@ class World(Judged):
         chunk = chunk_of(recorded, self._space, len(self))
         if chunk.inaccurate is not None:
             self._warn(*chunk.inaccurate)
+        if chunk.gaining is not None:
+            self._warn_of_gain(*chunk.gaining)
         if error is not None and len(chunk.steps) == 0:
             raise error
         self._late_error = error
@@ -578,7 +646,7 @@ class World(Judged):
             raise refused(None, "snapshot", "must be a snapshot", given, remedy)
         self._native.restore(given.decode(errors="replace"))
         self._late_error = None
-        self._warned = False
+        self._forget_warnings()
         self._forces = {name: self._forces[name] for name in self.forces}
 
     def __reduce__(self) -> tuple[Any, ...]:

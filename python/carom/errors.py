@@ -65,6 +65,24 @@ class InaccurateError(StepError):
     """A step that is less accurate than asked, with ``on_inaccurate = "raise"``. The world is as before."""
 
 
+class EnergyGainError(StepError):
+    """A step whose impacts would gain energy, with ``energy_guard = "raise"``. The world is as before."""
+
+
+class EnergyGainWarning(UserWarning):
+    """Impacts gained energy, with ``energy_guard = "warn"``; once per run, with bodies and energy.
+
+    Attributes
+    ----------
+    findings : `carom.Finding` of the step
+    """
+
+    def __init__(self, message: str, findings: tuple[Any, ...] = ()) -> None:
+        """The whole text, and its parts for programs."""
+        super().__init__(message)
+        self.findings = findings
+
+
 class InaccurateWarning(UserWarning):
     """A step that is less accurate than asked, with "warn" or "escalate"; once per run, with the reasons.
 

@@ -36,11 +36,43 @@ class Newton(_Law):
 
 
 class Sequential(_Law):
-    """One collision after another in a fixed order: passes a blow on, as in a cradle; not symmetric."""
+    """One collision after another, the fastest first: passes a blow on, as in a cradle; not symmetric."""
 
     __slots__ = ()
     _name = "sequential"
 
 
+class GeneralizedReflections(_Law):
+    """Rounds of Newton's restitution at the contacts that approach: symmetric, and passes a blow on.
+
+    Source: Smith, Kaufman, Vouga, Tamstorf and Grinspun 2012 (theory eq. 4.24).
+    """
+
+    __slots__ = ()
+    _name = "generalized_reflections"
+
+
+class Moreau(_Law):
+    """Coulomb's law for the mean of the velocities before and after, weighted by e: never gains energy.
+
+    Source: Moreau 1988 (theory eqs. 3.20 and 3.21).
+    """
+
+    __slots__ = ()
+    _name = "moreau"
+
+
+class Poisson(_Law):
+    """Compression, then restitution that gives back at least e times compression's normal impulses.
+
+    Source: Glocker and Pfeiffer 1995 (theory eqs. 4.28 and 4.29).
+    """
+
+    __slots__ = ()
+    _name = "poisson"
+
+
 #: All laws by name.
-LAWS: dict[str, type[_Law]] = {"newton": Newton, "sequential": Sequential}
+LAWS: dict[str, type[_Law]] = {
+    law._name: law for law in (GeneralizedReflections, Newton, Sequential, Moreau, Poisson)
+}

@@ -103,7 +103,7 @@ def run_world(
         "solver": solver, "iterations": iterations, "tolerance": tolerance, "on_inaccurate": on_inaccurate
     }  # fmt: skip
     with _settings(world, wanted):
-        world._warned = False
+        world._warned = world._warned_of_gain = False
         header = _header(world, step, every, scene, scene_name)
         recorder = record(out, header)
         with _bar(progress) as tell:

@@ -128,7 +128,12 @@ pub fn a_tower_of_planks_stands_with_exact<S: Dimension>() {
 }
 
 fn tower_stands<S: Dimension>(solver: SolverKind) {
-    let mut w = world::<S>(Settings { dt: 1.0 / 60.0, iterations: 1000, solver: Some(solver), ..Settings::default() });
+    let mut w = world::<S>(Settings {
+        dt: 1.0 / 60.0,
+        iterations: 1000,
+        solver: Some(solver),
+        ..Settings::default()
+    });
     add_floor(&mut w, 0.5, 0.0);
     let mut top = 0.0;
     for storey in 0..3 {

@@ -60,7 +60,11 @@ fn sliding_bodies_of_any_shape_go_straight() {
                 largest_bend(&settings, k, yaw, heading)
             };
             let worst = (0..16).map(bend).fold(0.0, f64::max);
-            at_most(worst, bound, &format!("bend of a sliding {name}, {} [degrees]", settings.solver_kind().name()));
+            at_most(
+                worst,
+                bound,
+                &format!("bend of a sliding {name}, {} [degrees]", settings.solver_kind().name()),
+            );
         }
     }
 }

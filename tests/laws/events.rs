@@ -3,7 +3,8 @@
 
 use crate::harness::*;
 use carom::{
-    BodySpec, Column, ImpulseChoice, Integrator, Rotation, Scheme, Settings, Spatial, SpatialShape, World, vec3,
+    BodySpec, Column, ImpulseChoice, Integrator, Rotation, Scheme, Settings, Spatial, SpatialShape, World,
+    vec3,
 };
 
 in_plane_and_space!(
@@ -443,7 +444,8 @@ pub fn a_tumbling_block_comes_to_rest_and_stays<S: Dimension>() {
 fn a_spinning_block_on_four_corners_comes_to_its_stop_at_order_two() {
     let end = |dt: f64| {
         let impulses = ImpulseChoice::MinimumNorm;
-        let mut w = world::<Spatial>(Settings { impulses, integrator: Integrator::ImplicitMidpoint, ..events(dt) });
+        let mut w =
+            world::<Spatial>(Settings { impulses, integrator: Integrator::ImplicitMidpoint, ..events(dt) });
         add_floor(&mut w, 0.3, 0.0);
         let block = SpatialShape::Box { size: [1.0, 0.6, 0.2] };
         let block = BodySpec::heavy(block, 1.0).at(vec3(0.0, 0.0, 0.1)).moving(vec3(2.0, 0.5, 0.0));
@@ -454,7 +456,8 @@ fn a_spinning_block_on_four_corners_comes_to_its_stop_at_order_two() {
         (m.position[1], Rotation::vector(&m.rotation[1])[2])
     };
     let all: Vec<_> = [0.04, 0.02, 0.01, 0.005].iter().map(|&dt| end(dt)).collect();
-    let steps: Vec<f64> = all.windows(2).map(|p| (p[0].0 - p[1].0).norm() + (p[0].1 - p[1].1).abs()).collect();
+    let steps: Vec<f64> =
+        all.windows(2).map(|p| (p[0].0 - p[1].0).norm() + (p[0].1 - p[1].1).abs()).collect();
     let order = (steps[1] / steps[2]).log2();
     close(order, 2.0, 0.1, "order of the stop [1]");
 }

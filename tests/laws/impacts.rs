@@ -139,7 +139,7 @@ pub fn a_frictionless_superball_keeps_its_spin<S: Dimension>() {
 }
 
 /// Two balls m1 = 3 below m2 = 1, elastic, falling with a gap between them.
-fn stacked<S: Dimension>(gap: f64, height: f64, law: ImpactLaw, dt: f64) -> World<S> {
+pub fn stacked<S: Dimension>(gap: f64, height: f64, law: ImpactLaw, dt: f64) -> World<S> {
     let mut w = world::<S>(Settings { impact: Some(law), ..exact(dt) });
     add_floor(&mut w, 0.0, 1.0);
     for (name, mass, up) in [("lower", 3.0, height + 0.1), ("upper", 1.0, height + 0.3 + gap)] {

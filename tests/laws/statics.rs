@@ -59,8 +59,11 @@ pub fn each_interface_of_a_stack_carries_the_weight_above_it<S: Dimension>() {
 fn each_interface_of_a_stack_with_a_heavy_top_carries_the_weight_above_it() {
     for solver in [SolverKind::Lemke, SolverKind::Direct] {
         for ratio in [1.0, 1e3, 1e6] {
-            let mut w =
-                stack::<Planar>(Settings { solver: Some(solver), tolerance: 1e-9, ..exact(1.0 / 60.0) }, ratio, 0.0);
+            let mut w = stack::<Planar>(
+                Settings { solver: Some(solver), tolerance: 1e-9, ..exact(1.0 / 60.0) },
+                ratio,
+                0.0,
+            );
             let what =
                 |when: &str| format!("C24 worst interface of {}, 1:{ratio:e}, {when} [1]", solver.name());
             step(&mut w);
@@ -109,7 +112,8 @@ pub fn each_interface_carries_the_weight_above_it_with_exact<S: Dimension>() {
 
 /// A table of mass 1 whose load acts at (.3, .1), on four legs at the corners of a square of side 2, and the floor.
 fn table(solver: SolverKind, impulses: ImpulseChoice) -> World<Spatial> {
-    let mut w = world::<Spatial>(Settings { solver: Some(solver), impulses, tolerance: 1e-13, ..exact(1.0 / 60.0) });
+    let mut w =
+        world::<Spatial>(Settings { solver: Some(solver), impulses, tolerance: 1e-13, ..exact(1.0 / 60.0) });
     add_floor(&mut w, 0.3, 0.0);
     let inertia = Sym3::diag(0.5, 0.5, 0.8);
     let load = MassProperties { mass: 1.0, center: vec3(0.3, 0.1, 0.0), inertia, error: 0.0 };
@@ -193,7 +197,8 @@ fn a_spent_budget_of_factorisations_is_told() {
 #[test]
 fn the_legs_of_a_table_carry_its_weight_and_its_moments() {
     for solver in [SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Lemke, SolverKind::Exact] {
-        let mut w = world::<Spatial>(Settings { solver: Some(solver), tolerance: 1e-13, ..exact(1.0 / 60.0) });
+        let mut w =
+            world::<Spatial>(Settings { solver: Some(solver), tolerance: 1e-13, ..exact(1.0 / 60.0) });
         add_floor(&mut w, 0.0, 0.0);
         let load = MassProperties {
             mass: 1.0,

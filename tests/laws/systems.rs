@@ -20,7 +20,7 @@ in_plane_and_space!(
 );
 
 /// A weightless world in which touching balls of radius .1 and mass 1 meet elastically, without friction.
-fn table<S: Dimension>(law: ImpactLaw, balls: &[(S::Vector, S::Vector)]) -> World<S> {
+pub fn table<S: Dimension>(law: ImpactLaw, balls: &[(S::Vector, S::Vector)]) -> World<S> {
     let mut w = world::<S>(Settings { impact: Some(law), ..weightless(1e-3) });
     for (k, (place, velocity)) in balls.iter().enumerate() {
         let ball = BodySpec::heavy(S::ball(0.1), 1.0).at(*place).moving(*velocity);
@@ -30,12 +30,12 @@ fn table<S: Dimension>(law: ImpactLaw, balls: &[(S::Vector, S::Vector)]) -> Worl
 }
 
 /// Balls in a row along, touching or with gaps, with these speeds.
-fn row<S: Dimension>(law: ImpactLaw, gap: f64, speeds: &[f64]) -> World<S> {
+pub fn row<S: Dimension>(law: ImpactLaw, gap: f64, speeds: &[f64]) -> World<S> {
     let balls = speeds.iter().enumerate().map(|(k, v)| (S::at(k as f64 * (0.2 + gap), 0.0), S::at(*v, 0.0)));
     table(law, &balls.collect::<Vec<_>>())
 }
 
-fn speeds<S: Dimension>(w: &World<S>) -> Vec<f64> {
+pub fn speeds<S: Dimension>(w: &World<S>) -> Vec<f64> {
     w.bodies().motion.velocity.iter().map(|v| S::along(*v)).collect()
 }
 
@@ -123,7 +123,8 @@ pub fn a_cradle_with_tiny_gaps_passes_the_blow_on_under_every_law<S: Dimension>(
 pub fn every_solver_finds_the_same_simultaneous_impact<S: Dimension>() {
     for solver in [SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Lemke] {
         let mut w = row::<S>(ImpactLaw::Newton, 0.0, &[1.0, 0.0, 0.0, 0.0]);
-        w.set_settings(Settings { solver: Some(solver), tolerance: 1e-11, ..w.settings().clone() }).expect("possible");
+        w.set_settings(Settings { solver: Some(solver), tolerance: 1e-11, ..w.settings().clone() })
+            .expect("possible");
         step(&mut w);
         for (got, wanted) in speeds(&w).iter().zip([-0.5, 0.5, 0.5, 0.5]) {
             // three contacts amplify the residual by their condition, about 6

@@ -85,6 +85,7 @@ pub fn constants<'py, S: Geometry>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (loan, i) = find(core, py, name)?;
     let data = loan.world.bodies().data[i].clone();
+    let material = loan.world.bodies().material(i).map(String::from);
     drop(loan);
     let dict = PyDict::new(py);
     dict.set_item("kind", arguments::kind_name(data.kind))?;
@@ -94,6 +95,7 @@ pub fn constants<'py, S: Geometry>(
     dict.set_item("spinning_friction", data.spinning_friction)?;
     dict.set_item("restitution", data.restitution)?;
     dict.set_item("extent", data.extent)?;
+    dict.set_item("material", material)?;
     dict.set_item("linear_damping", data.linear_damping)?;
     dict.set_item("angular_damping", data.angular_damping)?;
     dict.set_item("collision_groups", data.groups)?;

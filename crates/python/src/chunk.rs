@@ -6,7 +6,7 @@ use crate::lookout::Lookout;
 use crate::records::{self, Records};
 use crate::shared::Core;
 use crate::step::{self, PlainFinding};
-use carom::{Geometry, OnInaccurate, StepError, World};
+use carom::{EnergyGuard, Geometry, OnInaccurate, StepError, World};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -27,6 +27,8 @@ struct Recording {
     error: Option<StepError>,
     /// Number and time of the first step above the tolerance, and why.
     inaccurate: Option<(u64, f64, Vec<PlainFinding>)>,
+    /// Number and time of the first step whose impacts gained energy where the guard only warns, and where.
+    gaining: Option<(u64, f64, Vec<PlainFinding>)>,
 }
 
 impl Recording {
@@ -65,6 +67,7 @@ impl Recording {
         dict.set_item("contacts", PyArray1::from_vec(py, self.contacts.0))?;
         dict.set_item("steps", PyArray1::from_vec(py, self.steps.0))?;
         dict.set_item("inaccurate", self.inaccurate)?;
+        dict.set_item("gaining", self.gaining)?;
         Ok(dict)
     }
 }
@@ -108,10 +111,15 @@ pub fn advance<'py, S: Geometry>(
         let mut recording = Recording::new();
         let policy = world.settings().on_inaccurate;
         let warns = explains && matches!(policy, OnInaccurate::Warn | OnInaccurate::Escalate);
+        let guard_warns = world.settings().energy_guard == EnergyGuard::Warn;
         for k in 1..=count {
             match world.step_watched(dt, &mut |progress| watch.look(progress)) {
                 Ok(report) => {
                     records::append_step(&report, &mut recording.steps);
+                    if guard_warns && recording.gaining.is_none() && report.impacts.guarded > 0 {
+                        let findings = step::plain_findings(&world.explain_briefly(&report));
+                        recording.gaining = Some((report.step, report.time, findings));
+                    }
                     if warns && recording.inaccurate.is_none() && !report.is_accurate() {
                         let findings = step::plain_findings(&world.explain(&report));
                         recording.inaccurate = Some((report.step, report.time, findings));

@@ -45,6 +45,12 @@ macro_rules! stamp {
             fn settings(&self, py: Python<'_>) -> PyResult<String> {
                 Ok(settings::as_json(self.core.loan(py)?.world.settings()))
             }
+            fn set_pair(&self, py: Python<'_>, one: &str, other: &str, json: Option<&str>) -> PyResult<()> {
+                settings::set_pair(py, &mut self.core.loan(py)?.world, (one, other), json)
+            }
+            fn pairs(&self, py: Python<'_>) -> PyResult<Vec<(String, String, String)>> {
+                Ok(settings::pairs(&self.core.loan(py)?.world))
+            }
             fn add(&self, py: Python<'_>, name: &str, arguments: BodyArguments) -> PyResult<()> {
                 body::add(&self.core, py, name, &arguments)
             }

@@ -116,6 +116,12 @@ fn step_alone(py: Python<'_>, e: &StepError) -> PyErr {
                 "see the findings; on_inaccurate = 'escalate' hands such islands to stronger solvers";
             parts = Parts { field: Some("tolerance"), remedy: Some(remedy), ..parts };
         }
+        StepError::EnergyGain { bodies, .. } => {
+            class = "EnergyGainError";
+            let remedy = "set energy_guard = 'clamp' or 'warn', or choose impact = 'moreau'";
+            let (body, field) = (Some(bodies.0.as_str()), Some("energy_guard"));
+            parts = Parts { body, field, remedy: Some(remedy), ..parts };
+        }
         StepError::Interrupted { .. } => {}
         StepError::ForceField { field, .. } => {
             parts = Parts { field: Some(field), remedy: Some("return finite numbers"), ..parts };

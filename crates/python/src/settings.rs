@@ -1,7 +1,7 @@
 //! Settings by name: each crosses as JSON, and a refusal says which names or values there are.
 
 use crate::errors;
-use carom::{BuildError, Geometry, Settings, World};
+use carom::{BuildError, Geometry, MaterialPair, Settings, World};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use serde_json::Value;
@@ -26,6 +26,30 @@ pub fn set<S: Geometry>(py: Python<'_>, world: &mut World<S>, name: &str, json: 
     let settings: Settings<S> =
         serde_json::from_value(all).map_err(|e| refused(with_value(e.to_string(), &given)))?;
     world.set_settings(settings).map_err(|e| errors::build(py, &e))
+}
+
+/// Says the coefficients of a pair of materials, given as JSON; forgets them when there is none.
+///
+/// # Errors
+/// `BuildError` for a name that no body's material has, and for coefficients that are unknown or out of range.
+pub fn set_pair<S: Geometry>(
+    py: Python<'_>,
+    world: &mut World<S>,
+    (one, other): (&str, &str),
+    json: Option<&str>,
+) -> PyResult<()> {
+    let said = match json.map(serde_json::from_str::<MaterialPair>).transpose() {
+        Ok(Some(pair)) => world.set_pair(one, other, pair),
+        Ok(None) => world.remove_pair(one, other).map(|_| ()),
+        Err(e) => Err(BuildError::setting("pair", e.to_string(), "see World.set_pair")),
+    };
+    said.map_err(|e| errors::build(py, &e))
+}
+
+/// All pairs of materials as (one, other, coefficients as JSON).
+pub fn pairs<S: Geometry>(world: &World<S>) -> Vec<(String, String, String)> {
+    let plain = |pair| serde_json::to_string(&pair).expect("a pair is plain data");
+    world.pairs().map(|(a, b, pair)| (a.into(), b.into(), plain(pair))).collect()
 }
 
 fn with_value(problem: String, given: &Value) -> String {

@@ -79,6 +79,7 @@ struct Told {
     deepest: Pair,
     islands: Vec<PlainIsland>,
     findings: Vec<PlainFinding>,
+    gaining: Pair,
 }
 
 /// Takes a step of length `dt` \[s\], the setting's when there is none; the report's fields in the order of the
@@ -108,6 +109,7 @@ pub fn step<'py, S: Geometry>(
             deepest: names(world, report.deepest.map(|(_, a, b)| (a, b))),
             islands,
             findings: plain_findings(&world.explain_briefly(&report)),
+            gaining: names(world, report.impacts.gaining),
         };
         Ok((report, told))
     })?;
@@ -198,6 +200,7 @@ fn plain_report<'py, S: Geometry>(
     report: &StepReport<S>,
     told: Told,
 ) -> PyResult<Bound<'py, PyTuple>> {
+    let impacts = &report.impacts;
     let fields = [
         report.step.into_bound_py_any(py)?,
         report.time.into_bound_py_any(py)?,
@@ -219,6 +222,8 @@ fn plain_report<'py, S: Geometry>(
         report.solver.name().into_bound_py_any(py)?,
         report.tolerance.into_bound_py_any(py)?,
         report.is_accurate().into_bound_py_any(py)?,
+        (impacts.rounds, impacts.guarded, impacts.ended_plastic, impacts.gain, told.gaining)
+            .into_bound_py_any(py)?,
         told.islands.into_bound_py_any(py)?,
         told.findings.into_bound_py_any(py)?,
     ];

@@ -3,6 +3,7 @@
 
 use crate::body::{BodyKind, BodySpec, MassSource};
 use crate::error::BuildError;
+use crate::material::Materials;
 use carom_geometry::{Geometry, MassProperties};
 use carom_math::{Column, Inertia, Pose, Rotation, Space};
 use carom_solver::{InverseMass, Twist};
@@ -78,6 +79,8 @@ pub struct BodyData<S: Geometry> {
     pub spinning_friction: f64,
     /// Coefficient of restitution \[1\].
     pub restitution: f64,
+    /// Number of its material in the bodies' `materials`.
+    pub material: Option<usize>,
     /// Linear damping rate \[1/s\].
     pub linear_damping: f64,
     /// Angular damping rate \[1/s\].
@@ -97,6 +100,8 @@ pub struct Bodies<S: Geometry> {
     pub data: Vec<BodyData<S>>,
     /// Names in order of index.
     pub names: Vec<String>,
+    /// Their materials, and what was said of pairs of them.
+    pub materials: Materials,
     index: BTreeMap<String, usize>,
     serials: u64,
 }
@@ -129,6 +134,10 @@ impl<S: Geometry> Bodies<S> {
     /// Inertia in world axes about the centre of mass \[kg m^2\]; zero for obstacles and particles.
     pub fn inertia(&self, i: usize) -> S::Inertia {
         S::turned(&self.data[i].mass_properties.inertia, &self.motion.rotation[i])
+    }
+    /// Name of a body's material.
+    pub fn material(&self, i: usize) -> Option<&str> {
+        self.data[i].material.map(|number| self.materials.name(number))
     }
     /// Linear momentum p = m v \[kg m/s\]; zero for obstacles.
     pub fn momentum(&self, i: usize) -> S::Vector {
@@ -208,6 +217,7 @@ impl<S: Geometry> Bodies<S> {
             rolling_friction: spec.rolling_friction,
             spinning_friction: spec.spinning_friction,
             restitution: spec.restitution,
+            material: spec.material.map(|name| self.materials.learn(&name)),
             linear_damping: spec.linear_damping,
             angular_damping: spec.angular_damping,
             groups: spec.groups,
@@ -235,6 +245,7 @@ impl<S: Geometry> Bodies<S> {
                 angular_velocity: indices.iter().map(|&i| m.angular_velocity[i]).collect(),
             },
             names: Vec::new(),
+            materials: self.materials.clone(),
             index: BTreeMap::new(),
             serials: self.serials,
         }
@@ -258,7 +269,7 @@ impl<S: Geometry> Bodies<S> {
 
     /// The error for a name that no body has, with the nearest one that exists.
     pub fn unknown(&self, name: &str) -> BuildError {
-        let near = self.names.iter().min_by_key(|n| edit_distance(n, name));
+        let near = nearest(self.names.iter(), name);
         let remedy = near.map_or("the world has no bodies yet".into(), |n| format!("did you mean '{n}'?"));
         BuildError::body(name, "name", "is not in this world", remedy)
     }
@@ -301,6 +312,11 @@ fn turning_arm<S: Geometry>(
     let corner =
         S::Vector::from_fn(|k| (bounds.max[k] - center[k]).abs().max((bounds.min[k] - center[k]).abs()));
     corner.norm()
+}
+
+/// The name that differs least from a word.
+pub(crate) fn nearest<'a>(names: impl Iterator<Item = &'a String>, word: &str) -> Option<&'a String> {
+    names.min_by_key(|name| edit_distance(name, word))
 }
 
 fn edit_distance(a: &str, b: &str) -> usize {
@@ -407,6 +423,9 @@ fn check_spec<S: Geometry>(name: &str, spec: &BodySpec<S>) -> Result<(), BuildEr
             let remedy = format!("give a {field} {range}");
             return Err(BuildError::body(name, field, format!("must be {range}, got {value}"), remedy));
         }
+    }
+    if spec.material.as_deref() == Some("") {
+        return Err(BuildError::body(name, "material", "is empty", "give it a name, or leave it out"));
     }
     let moves = spec.velocity != S::Vector::ZERO || spec.angular_velocity != S::Spin::ZERO;
     if spec.kind == BodyKind::Fixed && moves {

@@ -68,6 +68,8 @@ pub struct BodySpec<S: Geometry> {
     pub spinning_friction: f64,
     /// Coefficient of restitution \[1\]. Default 0.
     pub restitution: f64,
+    /// Name of its material, by which pairs of materials are told apart. Default none.
+    pub material: Option<String>,
     /// Linear damping rate \[1/s\]: v decays as exp(-rate t). Default none.
     pub linear_damping: f64,
     /// Angular damping rate \[1/s\]. Default none.
@@ -94,6 +96,7 @@ impl<S: Geometry> BodySpec<S> {
             rolling_friction: 0.0,
             spinning_friction: 0.0,
             restitution: 0.0,
+            material: None,
             linear_damping: 0.0,
             angular_damping: 0.0,
             groups: 1,
@@ -164,6 +167,11 @@ impl<S: Geometry> BodySpec<S> {
     /// Sets the coefficient of restitution.
     pub fn restitution(mut self, restitution: f64) -> Self {
         self.restitution = restitution;
+        self
+    }
+    /// Names the material.
+    pub fn material(mut self, name: &str) -> Self {
+        self.material = Some(name.into());
         self
     }
     /// Sets the damping rates \[1/s\].

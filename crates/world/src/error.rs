@@ -139,6 +139,21 @@ pub enum StepError {
         /// Time of the world \[s\].
         time: f64,
     },
+    /// Impacts would gain energy and the settings ask to refuse such steps.
+    #[error(
+        "step at t = {time} s: bodies '{}' and '{}': impact law '{law}' would gain {energy:.2e} J; set energy_guard = \"clamp\" (Moreau's law there) or \"warn\", or choose impact = \"moreau\"",
+        bodies.0, bodies.1
+    )]
+    EnergyGain {
+        /// Names of the bodies of the contact that gains most.
+        bodies: (String, String),
+        /// Name of the impact law.
+        law: &'static str,
+        /// What the impacts would gain \[J\].
+        energy: f64,
+        /// Time of the world \[s\].
+        time: f64,
+    },
     /// Whoever watched the step asked to stop in the middle of a solve.
     #[error("step at t = {time} s: interrupted in the {phase} problem of {contacts} contacts")]
     Interrupted {

@@ -39,11 +39,13 @@ pub use carom_solver::{
 pub use error::{BuildError, StepError};
 pub use force::{ForceField, Wrench};
 pub use integrate::Integrator;
-pub use material::Mixing;
+pub use material::{MaterialPair, Mixing};
 pub use narrow_phase::Touch;
 pub use observe::energy::{Energy, Momenta};
 pub use observe::explain::{Explanation, Finding, Topic};
 pub use observe::ledger::Ledger;
-pub use observe::report::{Events, SolveReport, StepReport};
-pub use settings::{EventSettings, ImpactLaw, OnInaccurate, PositionCorrection, Scheme, Settings};
+pub use observe::report::{Events, ImpactReport, SolveReport, StepReport};
+pub use settings::{
+    EnergyGuard, EventSettings, ImpactLaw, OnInaccurate, PositionCorrection, Scheme, Settings,
+};
 pub use world::{Phase, World, World2, World3};

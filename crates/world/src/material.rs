@@ -1,6 +1,9 @@
-//! How the coefficients of two bodies become those of their contact (case C20).
+//! How the coefficients of two bodies become those of their contact (case C20): by mixing, or as a table of named
+//! materials says for the pair.
 
+use crate::error::BuildError;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// A symmetric mean of two coefficients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,6 +24,20 @@ pub enum Mixing {
 }
 
 impl Mixing {
+    /// All of them.
+    pub const ALL: [Mixing; 6] =
+        [Mixing::Min, Mixing::Max, Mixing::Mean, Mixing::Product, Mixing::Geometric, Mixing::Harmonic];
+    /// The name as users write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mixing::Min => "min",
+            Mixing::Max => "max",
+            Mixing::Mean => "mean",
+            Mixing::Product => "product",
+            Mixing::Geometric => "geometric",
+            Mixing::Harmonic => "harmonic",
+        }
+    }
     /// The contact's coefficient from those of its bodies, both >= 0.
     pub fn mix(self, a: f64, b: f64) -> f64 {
         match self {
@@ -44,5 +61,110 @@ impl Mixing {
                 }
             }
         }
+    }
+}
+
+/// Coefficients of a pair of materials; what is `None` is mixed from the bodies'.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MaterialPair {
+    /// Coefficient of friction \[1\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Coefficient of restitution \[1\], in \[0, 1\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Coefficient of rolling friction \[m\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rolling_friction: Option<f64>,
+    /// Coefficient of spinning friction \[m\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spinning_friction: Option<f64>,
+}
+
+impl MaterialPair {
+    fn check(&self) -> Result<(), BuildError> {
+        let fields = [
+            ("friction", self.friction, f64::MAX),
+            ("restitution", self.restitution, 1.0),
+            ("rolling_friction", self.rolling_friction, f64::MAX),
+            ("spinning_friction", self.spinning_friction, f64::MAX),
+        ];
+        for (field, value, most) in fields {
+            if let Some(value) = value.filter(|v| !(*v >= 0.0 && *v <= most)) {
+                let range = if most == 1.0 { "in [0, 1]" } else { "finite and >= 0" };
+                let problem = format!("must be {range}, got {value}");
+                return Err(BuildError::setting(field, problem, format!("give a {field} {range}")));
+            }
+        }
+        if fields.iter().all(|(_, value, _)| value.is_none()) {
+            let remedy = "give friction, restitution, rolling_friction or spinning_friction";
+            return Err(BuildError::setting("pair", "has no coefficient", remedy));
+        }
+        Ok(())
+    }
+}
+
+/// The named materials of a world's bodies, and what was said of pairs of them.
+#[derive(Clone, Debug, Default)]
+pub struct Materials {
+    names: Vec<String>,
+    /// By numbers of the names, the smaller first: a pair has no order.
+    pairs: BTreeMap<(usize, usize), MaterialPair>,
+}
+
+impl Materials {
+    /// Number of a name, which becomes known with it.
+    pub fn learn(&mut self, name: &str) -> usize {
+        self.names.iter().position(|n| n == name).unwrap_or_else(|| {
+            self.names.push(name.into());
+            self.names.len() - 1
+        })
+    }
+    /// The name of a number.
+    pub fn name(&self, number: usize) -> &str {
+        &self.names[number]
+    }
+    /// Sets the coefficients of a pair, in either order, in place of what was said of it before.
+    ///
+    /// # Errors
+    /// [`BuildError`] for a name that no body has, with the nearest that one has, and for a coefficient out of range.
+    pub fn set(&mut self, one: &str, other: &str, pair: MaterialPair) -> Result<(), BuildError> {
+        let key = self.key(one, other)?;
+        pair.check()?;
+        self.pairs.insert(key, pair);
+        Ok(())
+    }
+    /// Forgets a pair; true when there was one.
+    ///
+    /// # Errors
+    /// As [`Materials::set`], for the names.
+    pub fn remove(&mut self, one: &str, other: &str) -> Result<bool, BuildError> {
+        let key = self.key(one, other)?;
+        Ok(self.pairs.remove(&key).is_some())
+    }
+    /// All pairs by their names.
+    pub fn pairs(&self) -> impl Iterator<Item = (&str, &str, MaterialPair)> {
+        self.pairs.iter().map(|(&(a, b), &pair)| (self.name(a), self.name(b), pair))
+    }
+    /// What was said of two bodies' materials.
+    pub fn between(&self, one: Option<usize>, other: Option<usize>) -> MaterialPair {
+        let known = one.zip(other).filter(|_| !self.pairs.is_empty());
+        let pair = known.and_then(|(a, b)| self.pairs.get(&(a.min(b), a.max(b))));
+        pair.copied().unwrap_or_default()
+    }
+
+    fn key(&self, one: &str, other: &str) -> Result<(usize, usize), BuildError> {
+        let (a, b) = (self.number(one)?, self.number(other)?);
+        Ok((a.min(b), a.max(b)))
+    }
+
+    fn number(&self, name: &str) -> Result<usize, BuildError> {
+        self.names.iter().position(|n| n == name).ok_or_else(|| {
+            let near = crate::bodies::nearest(self.names.iter(), name);
+            let remedy =
+                near.map_or("give bodies a material first".into(), |n| format!("did you mean '{n}'?"));
+            BuildError::setting("material", format!("is unknown: '{name}'"), remedy)
+        })
     }
 }

@@ -104,11 +104,17 @@ pub fn touches_of<S: Geometry>(
     out: &mut Vec<Touch<S>>,
 ) {
     let data = &bodies.data;
-    let friction = settings.friction_mixing.mix(data[a].friction, data[b].friction);
+    let pair = bodies.materials.between(data[a].material, data[b].material);
+    let mixed = settings.friction_mixing.mix(data[a].friction, data[b].friction);
+    let friction = pair.friction.unwrap_or(mixed);
     // either body's softness makes the moment: the larger coefficient is the contact's
-    let rolling = Mixing::Max.mix(data[a].rolling_friction, data[b].rolling_friction);
-    let spinning = Mixing::Max.mix(data[a].spinning_friction, data[b].spinning_friction);
-    let restitution = settings.restitution_mixing.mix(data[a].restitution, data[b].restitution);
+    let larger = |one, other| Mixing::Max.mix(one, other);
+    let rolling = larger(data[a].rolling_friction, data[b].rolling_friction);
+    let rolling = pair.rolling_friction.unwrap_or(rolling);
+    let spinning = larger(data[a].spinning_friction, data[b].spinning_friction);
+    let spinning = pair.spinning_friction.unwrap_or(spinning);
+    let mixed = settings.restitution_mixing.mix(data[a].restitution, data[b].restitution);
+    let restitution = pair.restitution.unwrap_or(mixed);
     out.extend(points.iter().map(|p| Touch {
         id: contact_id(data[a].serial, data[b].serial, p.feature),
         a,

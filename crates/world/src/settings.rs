@@ -141,6 +141,32 @@ impl OnInaccurate {
     }
 }
 
+/// What happens to impacts that would gain energy, as Newton's restitution with friction can (theory section 3.6).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EnergyGuard {
+    /// They happen as their law has it, and the report says what they gained; the Python package warns once per run.
+    Warn,
+    /// Their island gets Moreau's law instead, which cannot gain, and the report counts it.
+    #[default]
+    Clamp,
+    /// The step is refused with an error that names the bodies, and the world stays as it was.
+    Raise,
+}
+
+impl EnergyGuard {
+    /// All of them.
+    pub const ALL: [EnergyGuard; 3] = [EnergyGuard::Warn, EnergyGuard::Clamp, EnergyGuard::Raise];
+    /// The name as users write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            EnergyGuard::Warn => "warn",
+            EnergyGuard::Clamp => "clamp",
+            EnergyGuard::Raise => "raise",
+        }
+    }
+}
+
 /// All settings of a world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, bound = "")]
@@ -176,6 +202,8 @@ pub struct Settings<S: Space> {
     pub friction_law: FrictionLaw,
     /// The impact law; `None`: the scheme's own, see [`Settings::impact_law`].
     pub impact: Option<ImpactLaw>,
+    /// What happens to impacts that would gain energy. Default clamp: what is trusted gains none.
+    pub energy_guard: EnergyGuard,
     /// Impacts slower than this times |g| dt do not bounce \[1\]. Default 2: a resting body gains g dt in a step,
     /// so anything slower cannot be told from rest.
     pub rest_speed_factor: f64,
@@ -213,6 +241,7 @@ impl<S: Space> Default for Settings<S> {
             warm_start: true,
             friction_law: FrictionLaw::default(),
             impact: None,
+            energy_guard: EnergyGuard::default(),
             rest_speed_factor: 2.0,
             position_correction: PositionCorrection::default(),
             correction_fraction: 0.05,

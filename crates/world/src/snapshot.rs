@@ -6,6 +6,7 @@ use crate::bodies::Motion;
 use crate::body::{BodyKind, BodySpec, MassSource};
 use crate::error::BuildError;
 use crate::force::Wrench;
+use crate::material::MaterialPair;
 use crate::observe::ledger::Ledger;
 use crate::settings::Settings;
 use crate::warm_start::WarmStart;
@@ -31,6 +32,8 @@ struct SavedBody<S: Geometry> {
     #[serde(default)]
     spinning_friction: f64,
     restitution: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    material: Option<String>,
     linear_damping: f64,
     angular_damping: f64,
     groups: u32,
@@ -56,6 +59,8 @@ struct Saved<S: Geometry> {
     warm: WarmStart<S>,
     ledger: Ledger,
     force_fields: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pairs: Vec<(String, String, MaterialPair)>,
 }
 
 fn unreadable(problem: String) -> BuildError {
@@ -78,6 +83,7 @@ impl<S: Geometry> World<S> {
             warm: self.warm.clone(),
             ledger: self.ledger,
             force_fields: self.force_fields().map(String::from).collect(),
+            pairs: self.pairs().map(|(a, b, pair)| (a.into(), b.into(), pair)).collect(),
         };
         serde_json::to_string(&saved).expect("a snapshot is plain data")
     }
@@ -94,6 +100,7 @@ impl<S: Geometry> World<S> {
             rolling_friction: d.rolling_friction,
             spinning_friction: d.spinning_friction,
             restitution: d.restitution,
+            material: self.bodies.material(i).map(String::from),
             linear_damping: d.linear_damping,
             angular_damping: d.angular_damping,
             groups: d.groups,
@@ -128,6 +135,12 @@ impl<S: Geometry> World<S> {
             motion.angular_velocity.push(b.angular_velocity);
             waiting.push(Wrench { force: b.waiting.0, torque: b.waiting.1 });
         }
+        for (a, b, pair) in &saved.pairs {
+            // of a material whose last body is gone there may be pairs left
+            world.bodies.materials.learn(a);
+            world.bodies.materials.learn(b);
+            world.set_pair(a, b, *pair)?;
+        }
         // written over what `add` normalised, so that every bit is the saved one
         world.bodies.motion.copy_from(&motion);
         world.bodies.set_serials(saved.serials);
@@ -152,6 +165,7 @@ fn spec_of<S: Geometry>(b: &SavedBody<S>) -> BodySpec<S> {
     spec.rolling_friction = b.rolling_friction;
     spec.spinning_friction = b.spinning_friction;
     spec.restitution = b.restitution;
+    spec.material.clone_from(&b.material);
     spec.linear_damping = b.linear_damping;
     spec.angular_damping = b.angular_damping;
     spec.groups = b.groups;

@@ -7,6 +7,7 @@ use crate::error::{BuildError, StepError};
 use crate::force::{ForceField, Wrench};
 use crate::impact::Impacts;
 use crate::integrate::Step;
+use crate::material::MaterialPair;
 use crate::narrow_phase::{NarrowPhase, Touch};
 use crate::observe::energy::{Energy, Momenta};
 use crate::observe::explain::{Explanation, Scene, phase_of};
@@ -164,6 +165,25 @@ impl<S: Geometry> World<S> {
         self.touches.clear();
         self.schemes = Schemes::default();
         Ok(())
+    }
+    /// Says the coefficients of a pair of materials, in either order, in place of what mixing makes of the bodies';
+    /// what is `None` is mixed. Takes effect with the next step.
+    ///
+    /// # Errors
+    /// [`BuildError`] for a material that no body was given, with the nearest name, or a coefficient out of range.
+    pub fn set_pair(&mut self, one: &str, other: &str, pair: MaterialPair) -> Result<(), BuildError> {
+        self.bodies.materials.set(one, other, pair)
+    }
+    /// Forgets what was said of a pair of materials; true when there was something.
+    ///
+    /// # Errors
+    /// [`BuildError`] for a material that no body was given.
+    pub fn remove_pair(&mut self, one: &str, other: &str) -> Result<bool, BuildError> {
+        self.bodies.materials.remove(one, other)
+    }
+    /// What was said of pairs of materials, by their names.
+    pub fn pairs(&self) -> impl Iterator<Item = (&str, &str, MaterialPair)> {
+        self.bodies.materials.pairs()
     }
     /// The bodies.
     pub fn bodies(&self) -> &Bodies<S> {
@@ -476,6 +496,7 @@ impl<S: Geometry> World<S> {
             contacts: self.touches.len(),
             contact_solve: scheme.contact_solve,
             impact_solve: scheme.impact_solve,
+            impacts: scheme.impacts,
             deepest,
             events: scheme.events,
             energy,

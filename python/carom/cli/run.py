@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
@@ -15,7 +15,7 @@ from carom.cli.tables import closing_table, plain
 from carom.errors import InaccurateWarning, SolverError, StepError
 from carom.run import Run, run_world
 from carom.scene import Scene, load_scene
-from carom.scene.document import Integrator, OnInaccurate, Scheme, Solver
+from carom.scene.document import ImpactLaw, Integrator, OnInaccurate, Scheme, Solver
 
 #: Frames per simulated second when nothing else is asked for [1/s].
 FRAME_RATE = 60
@@ -38,7 +38,7 @@ def run_command(
         OnInaccurate | None, typer.Option(help="What happens to a solve above the tolerance.")
     ] = None,
     scheme: Annotated[Scheme | None, typer.Option(help="Time-stepping scheme.")] = None,
-    impact: Annotated[Literal["newton", "sequential"] | None, typer.Option(help="Impact law.")] = None,
+    impact: Annotated[ImpactLaw | None, typer.Option(help="Impact law.")] = None,
     integrator: Annotated[Integrator | None, typer.Option(help="Integrator.")] = None,
     every: Annotated[
         int | None,

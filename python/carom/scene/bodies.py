@@ -54,6 +54,27 @@ class Material(Strict):
     )
 
 
+class MaterialPair(Strict):
+    """Contact constants of two materials; what is absent is mixed from the bodies' own."""
+
+    materials: Annotated[
+        list[Annotated[str, Field(min_length=1, max_length=200)]], Field(min_length=2, max_length=2)
+    ] = Field(description="Names of two entries of [materials], in either order.")
+    friction: NotNegative | None = Field(default=None, description="Friction coefficient (Coulomb) [1].")
+    restitution: Fraction | None = Field(default=None, description="Coefficient of restitution, 0 to 1 [1].")
+    rolling_friction: NotNegative | None = Field(
+        default=None, description="Largest moment against rolling per normal force [m]."
+    )
+    spinning_friction: NotNegative | None = Field(
+        default=None, description="Largest moment about a contact's normal per normal force [m]."
+    )
+
+    def coefficients(self) -> dict[str, float]:
+        """What is said of the pair."""
+        keys = ("friction", "restitution", "rolling_friction", "spinning_friction")
+        return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
+
+
 class MeshFile(Strict):
     """A triangle mesh in a file beside the scene."""
 

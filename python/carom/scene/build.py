@@ -101,6 +101,11 @@ def build_document(
                 _add(world, document, body, copy, solid)
             except CaromError as error:
                 raise _located(origin, index, copy.name, error) from error
+    used = {body.material for body in bodies}
+    for pair in document.pair:
+        one, other = pair.materials
+        if one in used and other in used:  # no contact has the others
+            world.set_pair(one, other, **pair.coefficients())
     return world, meshes.notes
 
 
@@ -199,6 +204,8 @@ def _add(
     """Adds one copy of a body to the world."""
     material = document.materials.get(body.material) if body.material is not None else None
     given: dict[str, Any] = _given(body, (*_CONTACT_KEYS, *_GROUP_KEYS))
+    if body.material is not None:
+        given["material"] = body.material
     for key in _CONTACT_KEYS:
         if key not in given and material is not None and getattr(material, key) is not None:
             given[key] = getattr(material, key)

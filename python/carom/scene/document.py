@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, TypeAdapter, model_validator
 
-from carom.scene.bodies import BodyCommon, Material, PlanarBody, SpatialBody
+from carom.scene.bodies import BodyCommon, Material, MaterialPair, PlanarBody, SpatialBody
 from carom.scene.fields import (
     Fraction,
     Name,
@@ -33,6 +33,8 @@ Solver = Literal[
     "sequential", "pgs", "pgs_matrix", "direct", "lemke", "nncg", "apgd", "enumeration", "exact", "auto"
 ]  # fmt: skip
 OnInaccurate = Literal["ignore", "warn", "raise", "escalate"]
+ImpactLaw = Literal["generalized_reflections", "newton", "sequential", "moreau", "poisson"]
+EnergyGuard = Literal["warn", "clamp", "raise"]
 Mixing = Literal["min", "max", "mean", "product", "geometric", "harmonic"]
 
 
@@ -65,8 +67,11 @@ class SettingsCommon(Strict):
     friction_law: Literal["disc", "box"] | None = Field(
         default=None, description='True Coulomb disc or the notes\' box; "disc" when absent.'
     )
-    impact: Literal["newton", "sequential"] | None = Field(
-        default=None, description='Law of impacts; "newton" (simultaneous) when absent.'
+    impact: ImpactLaw | None = Field(
+        default=None, description='Law of impacts; the scheme\'s own when absent: "newton" for "fixed_step".'
+    )
+    energy_guard: EnergyGuard | None = Field(
+        default=None, description='What happens to impacts that would gain energy; "clamp" when absent.'
     )
     rest_speed_factor: NotNegative | None = Field(
         default=None,
@@ -115,6 +120,9 @@ class SceneCommon(Strict):
     )
     duration: Positive = Field(default=5.0, description="Simulated time of a run when none is asked for [s].")
     materials: dict[Name, Material] = Field(default={}, description="Materials by name.")
+    pair: Annotated[list[MaterialPair], Field(max_length=10_000)] = Field(
+        default=[], description="Coefficients of pairs of materials, in place of mixing."
+    )
 
     def _check_bodies(self, bodies: list[Any]) -> None:
         """Rules between bodies: materials exist, names are unique, dynamic bodies have a mass."""
@@ -128,6 +136,22 @@ class SceneCommon(Strict):
                     "choose another",
                 )
             seen[body.name] = index
+
+    def _check_pairs(self) -> None:
+        """Rules of pairs: materials exist, something is said, and only once of a pair."""
+        seen: dict[frozenset[str], int] = {}
+        for index, pair in enumerate(self.pair):
+            for name in pair.materials:
+                if name not in self.materials:
+                    hint = did_you_mean(name, self.materials) or "add it to [materials]"
+                    raise refuse(f"pair.{index}.materials", f"unknown material {name!r}", hint)
+            if not pair.coefficients():
+                remedy = "give friction, restitution, rolling_friction or spinning_friction"
+                raise refuse(f"pair.{index}", "a pair needs a coefficient", remedy)
+            other = seen.setdefault(frozenset(pair.materials), index)
+            if other != index:
+                problem = f"this pair of materials is that of pair {other + 1}"
+                raise refuse(f"pair.{index}.materials", problem, "say it once")
 
     def _check_body(self, index: int, body: Any) -> None:
         if body.material is not None and body.material not in self.materials:
@@ -151,6 +175,7 @@ class PlanarScene(SceneCommon):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         self._check_bodies(self.body)
+        self._check_pairs()
         return self
 
 
@@ -164,6 +189,7 @@ class SpatialScene(SceneCommon):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         self._check_bodies(self.body)
+        self._check_pairs()
         return self
 
 

@@ -1,10 +1,12 @@
 //! Energy guard: an island of impacts that would gain energy, as Newton's restitution with Coulomb friction can
-//! (theory section 3.6), gets Moreau's law instead (eqs. 3.20 to 3.22), on the same contacts.
+//! (theory section 3.6), gets Moreau's law instead (eqs. 3.20 to 3.22), on the same contacts; or it is only told, as
+//! the policy says.
 
 use carom_geometry::Geometry;
 use carom_math::Column;
 
 use crate::impact::moreau;
+use crate::settings::EnergyGuard;
 use carom_solver::{ContactProblem, ImpulseSolver, Impulses, Islands, Part, SolveSettings};
 
 /// Gain that counts as one, relative to the energy that the island's impulses turn over \[1\].
@@ -17,6 +19,8 @@ struct Work {
     gained: f64,
     /// Sum of the absolute terms of it.
     turned_over: f64,
+    /// The contact that gains most, and what it does.
+    most: (usize, f64),
 }
 
 impl Work {
@@ -25,22 +29,43 @@ impl Work {
     }
 }
 
-/// Replaces the impulses of the islands that gain energy; returns how many there were.
+/// Energy that an impact's own law gains.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gain {
+    /// Islands that gain.
+    pub islands: usize,
+    /// What they gain together \[J\].
+    pub energy: f64,
+    /// Bodies of the contact that gains most, and what it does \[J\].
+    pub most: Option<((usize, usize), f64)>,
+}
+
+/// Finds the islands that gain energy, and gives them Moreau's impulses where the policy is to clamp.
 pub fn apply<S: Geometry>(
     problem: &ContactProblem<S>,
     bounces: &[bool],
+    policy: EnergyGuard,
     settings: &SolveSettings,
     solver: &mut dyn ImpulseSolver<S>,
     impulses: &mut Impulses<S>,
-) -> usize {
+) -> Gain {
+    let mut gain = Gain::default();
     if !bounces.contains(&true) {
-        return 0; // a plastic impact is a projection: it cannot gain
+        return gain; // a plastic impact is a projection: it cannot gain
     }
     let islands = Islands::of(problem);
     let works = works(problem, impulses, &islands);
     let mut part = Part::default();
-    let mut replaced = 0;
-    for (island, _) in works.iter().enumerate().filter(|(_, w)| w.is_gain()) {
+    for (island, work) in works.iter().enumerate().filter(|(_, w)| w.is_gain()) {
+        gain.islands += 1;
+        gain.energy += work.gained;
+        if gain.most.is_none_or(|(_, most)| work.most.1 > most) {
+            let worst = &problem.contacts[work.most.0];
+            gain.most = Some(((worst.a, worst.b), work.most.1));
+        }
+        if policy != EnergyGuard::Clamp {
+            continue;
+        }
         part.take(problem, impulses, &islands, island);
         let bounces: Vec<bool> = islands.contacts(island).iter().map(|&k| bounces[k]).collect();
         moreau::end_plastic(&mut part.problem);
@@ -48,9 +73,8 @@ pub fn apply<S: Geometry>(
         solver.solve(&part.problem, settings, &mut part.impulses);
         moreau::rebound(&part.problem, &bounces, &mut part.impulses);
         part.give(impulses, &islands, island);
-        replaced += 1;
     }
-    replaced
+    gain
 }
 
 fn works<S: Geometry>(problem: &ContactProblem<S>, impulses: &Impulses<S>, islands: &Islands) -> Vec<Work> {
@@ -61,6 +85,9 @@ fn works<S: Geometry>(problem: &ContactProblem<S>, impulses: &Impulses<S>, islan
         let (normal, tangential) = (0.5 * g.normal * (n0 + n1), 0.5 * g.tangent.dot(t0 + t1));
         let work = &mut works[islands.of_contact(k)];
         work.gained += normal + tangential;
+        if normal + tangential > work.most.1 {
+            work.most = (k, normal + tangential);
+        }
         work.turned_over += 0.5 * g.normal * (n0.abs() + n1.abs()) + tangential.abs();
     }
     for (r, m) in problem.resistances.iter().zip(&impulses.moments) {

@@ -17,11 +17,12 @@ pub use thresholds::{Role, Thresholds};
 
 use crate::assembly;
 use crate::bodies::Bodies;
+use crate::error::StepError;
 use crate::impact::part::{Islands, Part};
 use crate::narrow_phase::Touch;
 use crate::observe::ledger::Ledger;
-use crate::observe::report::SolveReport;
-use crate::settings::{ImpactLaw, Settings};
+use crate::observe::report::{ImpactReport, SolveReport};
+use crate::settings::{EnergyGuard, ImpactLaw, Settings};
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, Stop, Twist, Watch};
@@ -41,12 +42,16 @@ pub struct Impacts<S: Geometry> {
     pub totals: Vec<Impulse<S>>,
     /// Rounds that the last call of `resolve` took.
     pub rounds: usize,
-    /// Islands that it gave Moreau's law to, because their own would have gained energy.
+    /// Islands whose own law gains energy; what became of them is `energy_guard`'s matter.
     pub guarded: usize,
     /// Times that its rounds did not end by themselves and what still approached was ended plastically.
     pub ended_plastic: usize,
     /// Moment of rolling and spinning friction of each of the step's touches over all rounds, in world axes.
     pub moments: Vec<S::Spin>,
+    /// Energy that the guarded islands' own law gains \[J\].
+    gain: f64,
+    /// Bodies of the contact that gains most.
+    gaining: Option<(usize, usize)>,
     /// Problem, impulses and indices of the later rounds.
     later: (ContactProblem<S>, Impulses<S>, Vec<usize>),
     after: Vec<Twist<S>>,
@@ -73,6 +78,8 @@ impl<S: Geometry> Default for Impacts<S> {
             guarded: 0,
             ended_plastic: 0,
             moments: Vec::new(),
+            gain: 0.0,
+            gaining: None,
             after: Vec::new(),
             bounces: Vec::new(),
             parts: Vec::new(),
@@ -135,7 +142,8 @@ impl<S: Geometry> Impacts<S> {
             });
             self.rounds += 1;
             self.ended_plastic += usize::from(last);
-            if refused || last {
+            let raised = self.guarded > 0 && settings.energy_guard == EnergyGuard::Raise;
+            if refused || raised || last {
                 break;
             }
         }
@@ -156,6 +164,7 @@ impl<S: Geometry> Impacts<S> {
         self.moments.clear();
         self.moments.resize(touches, S::Spin::ZERO);
         (self.rounds, self.guarded, self.ended_plastic) = (0, 0, 0);
+        (self.gain, self.gaining) = (0.0, None);
     }
 
     /// True when a round of the step had this touch in its problem.
@@ -222,8 +231,37 @@ impl<S: Geometry> Impacts<S> {
                 return outcome;
             }
         };
-        self.guarded += guard::apply(&self.problem, &self.bounces, &solve, *solver, &mut self.impulses);
+        let policy = settings.energy_guard;
+        let gain = guard::apply(&self.problem, &self.bounces, policy, &solve, *solver, &mut self.impulses);
+        self.guarded += gain.islands;
+        if gain.energy > self.gain {
+            self.gaining = gain.most.map(|(pair, _)| pair);
+        }
+        self.gain += gain.energy;
         outcome
+    }
+
+    /// Refuses what the last `resolve` did where it gains energy and the settings ask for that: the impacts after it
+    /// were left out.
+    ///
+    /// # Errors
+    /// [`StepError::EnergyGain`].
+    pub fn check(&self, bodies: &Bodies<S>, settings: &Settings<S>, time: f64) -> Result<(), StepError> {
+        match self.gaining.filter(|_| settings.energy_guard == EnergyGuard::Raise) {
+            None => Ok(()),
+            Some((a, b)) => Err(StepError::EnergyGain {
+                bodies: (bodies.names[a].clone(), bodies.names[b].clone()),
+                law: settings.impact_law().name(),
+                energy: self.gain,
+                time,
+            }),
+        }
+    }
+
+    /// What the last `resolve` came to.
+    pub fn report(&self) -> ImpactReport {
+        let Impacts { rounds, guarded, ended_plastic, gain, gaining, .. } = *self;
+        ImpactReport { rounds, guarded, ended_plastic, gain, gaining }
     }
 
     /// The impact problem of the present velocities, on the islands where something calls for one.

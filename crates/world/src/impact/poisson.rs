@@ -16,6 +16,8 @@ use crate::impact::moreau::end_plastic;
 
 /// Sweeps of the second phase per iteration of the settings: a sweep over an impact costs little.
 const SWEEPS: usize = 100;
+/// Most sweeps whatever the settings: where they have not settled by then, rounding keeps them from it.
+const MOST_SWEEPS: usize = 100_000;
 
 /// Compression, then restitution; the impulses are the sum.
 pub fn solve<S: Space>(
@@ -63,7 +65,7 @@ fn give_back<S: Space>(
     let prepared = Prepared::of(phase);
     let mut velocities = phase.velocities_after(impulses);
     let (mut sweeps, mut change) = (0, f64::INFINITY);
-    let most = SWEEPS.saturating_mul(settings.iterations);
+    let most = SWEEPS.saturating_mul(settings.iterations).min(MOST_SWEEPS);
     while sweeps < most && change > settings.tolerance && change > 0.0 {
         let mut squared: f64 = 0.0;
         for ((c, g), least) in prepared.contacts.iter().zip(&mut impulses.contacts).zip(least) {

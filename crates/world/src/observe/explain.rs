@@ -5,8 +5,8 @@
 use crate::bodies::Bodies;
 use crate::error::StepError;
 use crate::narrow_phase::Touch;
-use crate::observe::report::{SolveReport, StepReport};
-use crate::settings::Settings;
+use crate::observe::report::{ImpactReport, SolveReport, StepReport};
+use crate::settings::{EnergyGuard, Settings};
 use crate::world::Phase;
 use carom_geometry::Geometry;
 use carom_solver::{ContactProblem, Entry, Impulses, Islands, Part, SolverKind, Stop, diagnose};
@@ -44,6 +44,8 @@ pub enum Topic {
     StrictFeasibility,
     /// A solver refused, or the bodies jam. Value: contacts \[1\].
     Refusal,
+    /// The impact law gains energy. Value: what it gains \[J\].
+    EnergyGain,
 }
 
 /// One thing found.
@@ -143,7 +145,24 @@ impl<S: Geometry> Scene<'_, S> {
         if !told.accurate {
             self.add_penetration(&mut told);
         }
+        if report.impacts.guarded > 0 {
+            self.add_energy_gain(&mut told, &report.impacts);
+        }
         told
+    }
+
+    fn add_energy_gain(&self, told: &mut Explanation, impacts: &ImpactReport) {
+        let near = self.names(impacts.gaining);
+        let (law, place, gain) = (self.settings.impact_law().name(), place(&near), impacts.gain);
+        let (text, remedy) = if self.settings.energy_guard == EnergyGuard::Clamp {
+            let text =
+                format!("impact law {law} would gain {gain:.1e} J{place}: Moreau's law was taken there");
+            (text, "")
+        } else {
+            let text = format!("impact law {law} gains {gain:.1e} J{place}");
+            (text, "set energy_guard = \"clamp\", or impact = \"moreau\"")
+        };
+        told.add(Topic::EnergyGain, gain, near, text, remedy);
     }
 
     /// Explains a step that was refused because of a solve.

@@ -51,12 +51,6 @@ pub struct Events {
     pub arrivals: usize,
     /// Impact phases.
     pub impacts: usize,
-    /// Rounds of the impact law.
-    pub rounds: usize,
-    /// Islands of impacts that the energy guard gave Moreau's law to.
-    pub guarded: usize,
-    /// Impact phases whose rounds did not end by themselves and were ended plastically.
-    pub ended_plastic: usize,
     /// Stops of slipping contacts found within the step.
     pub slip_stops: usize,
     /// Sets of bodies that reached their cap of events and took the rest of the step at once.
@@ -76,15 +70,40 @@ impl Events {
     pub fn add(&mut self, o: &Events) {
         self.arrivals += o.arrivals;
         self.impacts += o.impacts;
-        self.rounds += o.rounds;
-        self.guarded += o.guarded;
-        self.ended_plastic += o.ended_plastic;
         self.slip_stops += o.slip_stops;
         self.capped += o.capped;
         self.fallbacks += o.fallbacks;
         self.projections += o.projections;
         self.deepest = self.deepest.max(o.deepest);
         self.islands += o.islands;
+    }
+}
+
+/// What the impacts of a step came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ImpactReport {
+    /// Rounds of impacts.
+    pub rounds: usize,
+    /// Islands of impacts that would gain energy by their own law: what became of them is `energy_guard`'s matter.
+    pub guarded: usize,
+    /// Times that rounds did not end by themselves and what still approached was ended plastically.
+    pub ended_plastic: usize,
+    /// Energy that the guarded islands' own law gains \[J\]: in the books where the guard only warns, else not.
+    pub gain: f64,
+    /// Bodies of the contact that gains most, by index.
+    pub gaining: Option<(usize, usize)>,
+}
+
+impl ImpactReport {
+    /// Adds what later impacts of the same step came to.
+    pub fn add(&mut self, o: &ImpactReport) {
+        if o.gain > self.gain {
+            self.gaining = o.gaining;
+        }
+        self.rounds += o.rounds;
+        self.guarded += o.guarded;
+        self.ended_plastic += o.ended_plastic;
+        self.gain += o.gain;
     }
 }
 
@@ -110,6 +129,9 @@ pub struct StepReport<S: Space> {
     pub contact_solve: Option<SolveReport>,
     /// The solve of the impacts; `None` when nothing approached.
     pub impact_solve: Option<SolveReport>,
+    /// Rounds of the impacts, and what the energy guard did.
+    #[serde(default)]
+    pub impacts: ImpactReport,
     /// Smallest gap at the step's start \[m\], negative for overlap, and its bodies by index.
     pub deepest: Option<(f64, usize, usize)>,
     /// What happened within the step, by schemes that find events.

@@ -113,7 +113,9 @@ impl<S: Geometry> FixedStep<S> {
         self.choose_solver(settings);
 
         report.impact_solve = self.impact(bodies, touches, settings, &limits, &mut report.ledger, watch);
+        self.impacts.check(bodies, settings, step.time)?;
         self.judge(&report.impact_solve, settings, "impact", step.time)?;
+        report.impacts = self.impacts.report();
         self.approaches.clear();
         self.approaches.extend(touches.iter().map(|t| normal_velocity(bodies, t)));
         damp(bodies, 0.5 * step.dt, &mut report.ledger);

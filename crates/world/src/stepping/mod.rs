@@ -6,7 +6,7 @@ pub mod fixed_step;
 use crate::bodies::Bodies;
 use crate::integrate::Loads;
 use crate::observe::ledger::Ledger;
-use crate::observe::report::{Events, SolveReport};
+use crate::observe::report::{Events, ImpactReport, SolveReport};
 use carom_geometry::Geometry;
 use carom_solver::methods::ladder::Ladder;
 use carom_solver::{ImpulseSolver, SolverKind, Watch};
@@ -18,6 +18,8 @@ pub struct SchemeReport {
     pub contact_solve: Option<SolveReport>,
     /// The impacts' solve; the worst of several.
     pub impact_solve: Option<SolveReport>,
+    /// What the impacts came to.
+    pub impacts: ImpactReport,
     /// The step's lines.
     pub ledger: Ledger,
     /// What happened within the step.

@@ -4,6 +4,7 @@
 use super::together::{Halt, Together, Tools};
 use crate::impact::{Thresholds, Watched};
 use crate::narrow_phase::{Touch, normal_velocity};
+use crate::settings::EnergyGuard;
 use carom_geometry::Geometry;
 use carom_solver::Partition;
 
@@ -103,9 +104,12 @@ impl<S: Geometry> Together<'_, S> {
             &mut watched,
             &mut self.ledger,
         );
-        self.events.rounds += tools.impacts.rounds;
-        self.events.guarded += tools.impacts.guarded;
-        self.events.ended_plastic += tools.impacts.ended_plastic;
+        let mut came_to = tools.impacts.report();
+        came_to.gaining = came_to.gaining.map(|(a, b)| (self.members[a], self.members[b]));
+        self.struck.add(&came_to);
+        if let Some(gaining) = came_to.gaining.filter(|_| settings.energy_guard == EnergyGuard::Raise) {
+            return Err(Halt::Gains(gaining, came_to.gain));
+        }
         match report {
             Some(mut report) => {
                 report.worst = report.worst.map(|(a, b)| (self.members[a], self.members[b]));

@@ -22,7 +22,7 @@ use crate::impact::Impacts;
 use crate::integrate::Step;
 use crate::narrow_phase::Touch;
 use crate::observe::ledger::Ledger;
-use crate::observe::report::{Events, SolveReport};
+use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
 use crate::stepping::{Outside, SchemeReport, damp, make_solver};
 use crate::warm_start::WarmStart;
@@ -82,6 +82,7 @@ struct Done<S: Geometry> {
     islands: Vec<Option<Island<S>>>,
     ledger: Ledger,
     events: Events,
+    struck: ImpactReport,
     worst: [Option<SolveReport>; 2],
 }
 
@@ -159,10 +160,15 @@ impl<S: Geometry> EventsScheme<S> {
             let mut timeline = Timeline::new(&common, bodies, tools);
             let outgrown = match timeline.run() {
                 Ok(()) => {
-                    let Timeline { islands, ledger, events, worst, .. } = timeline;
-                    return Ok(Done { islands, ledger, events, worst });
+                    let Timeline { islands, ledger, events, struck, worst, .. } = timeline;
+                    return Ok(Done { islands, ledger, events, struck, worst });
                 }
                 Err(Halt::Refused(error, failed)) => return Err((error, failed)),
+                Err(Halt::Gains((a, b), energy)) => {
+                    let bodies = (bodies.names[a].clone(), bodies.names[b].clone());
+                    let law = settings.impact_law().name();
+                    return Err((StepError::EnergyGain { bodies, law, energy, time: step.time }, None));
+                }
                 Err(Halt::Outgrown(i)) => i,
             };
             bodies.motion.copy_from(&origin);
@@ -196,6 +202,7 @@ impl<S: Geometry> EventsScheme<S> {
         self.impulses.reset(&self.problem);
         report.ledger.add(&done.ledger);
         report.events = done.events;
+        report.impacts = done.struck;
         [report.contact_solve, report.impact_solve] = done.worst;
         for island in done.islands.into_iter().flatten() {
             report.events.islands += 1;

@@ -13,7 +13,7 @@ use crate::bodies::{Bodies, Motion};
 use crate::force::Wrench;
 use crate::narrow_phase::normal_velocity;
 use crate::observe::ledger::Ledger;
-use crate::observe::report::{Events, SolveReport};
+use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::Settings;
 use crate::stepping::SchemeReport;
 use crate::warm_start::WarmStart;
@@ -110,6 +110,8 @@ pub struct Timeline<'a, 'w, S: Geometry> {
     pub ledger: Ledger,
     /// What happened.
     pub events: Events,
+    /// What the impacts came to.
+    pub struck: ImpactReport,
     /// Worst solves: persistent contacts, impacts.
     pub worst: [Option<SolveReport>; 2],
 }
@@ -136,6 +138,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             slots: vec![NONE; bodies.len()],
             ledger: Ledger::default(),
             events: Events::default(),
+            struck: ImpactReport::default(),
             worst: [None, None],
             common,
             tools,
@@ -259,6 +262,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             time: common.time,
             ledger: Ledger::default(),
             events: Events::default(),
+            struck: ImpactReport::default(),
             pressed: None,
             warm: common.warm,
             forces: None,
@@ -306,6 +310,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         }
         self.ledger.add(&at.ledger);
         self.events.add(&at.events);
+        self.struck.add(&at.struck);
         for (mine, theirs) in self.worst.iter_mut().zip(&at.worst) {
             *mine = SchemeReport::worse(mine.take(), theirs.clone());
         }

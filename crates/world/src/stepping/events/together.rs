@@ -10,7 +10,7 @@ use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::narrow_phase::{Touch, touches_of};
 use crate::observe::ledger::Ledger;
-use crate::observe::report::{Events, SolveReport};
+use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::Settings;
 use crate::warm_start::WarmStart;
 use carom_geometry::{ContactPoint, Geometry};
@@ -38,6 +38,8 @@ pub struct Together<'a, S: Geometry> {
     pub ledger: Ledger,
     /// What happened to them.
     pub events: Events,
+    /// What their impacts came to.
+    pub struck: ImpactReport,
     /// Contacts that pressed in the last flow, by name, ascending; `None` before the step's first, where those of the
     /// step before count.
     pub pressed: Option<Vec<u64>>,
@@ -109,6 +111,8 @@ impl<S: Geometry> Saved<S> {
 pub enum Halt {
     /// A body left its reach (its index in the world): the step must begin again with larger ones.
     Outgrown(usize),
+    /// Impacts between two bodies (their indices in the world) gain energy \[J\], and the settings refuse that.
+    Gains((usize, usize), f64),
     /// The step is refused.
     Refused(StepError, Option<SolveReport>),
 }
@@ -164,6 +168,7 @@ impl<S: Geometry> Together<'_, S> {
     pub fn forget(&mut self) {
         self.ledger = Ledger::default();
         self.events = Events::default();
+        self.struck = ImpactReport::default();
         self.worst = [None, None];
     }
 
