@@ -17,6 +17,7 @@ mod ledger;
 mod robustness;
 mod rolling;
 mod rotation;
+mod simbenchmark;
 mod slices;
 mod snapshots;
 mod statics;
