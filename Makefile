@@ -7,13 +7,14 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean
+.PHONY: help demo test check bench simbenchmark bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings and plots to out/"
 	@echo "make test    set up, run all tests"
 	@echo "make check   formatting, lints as errors, types"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
+	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
 	@echo "make bench-contact    contact solvers beside Siconos and Pinocchio on public problems, as ratios"
 	@echo "make docs    documentation of the Rust crates, and a check of the pages"
 
@@ -66,6 +67,14 @@ check: $(VENV)/tools
 
 bench:
 	$(CARGO) run --release --locked --manifest-path crates/bench/Cargo.toml --
+
+# rolling, bouncing, cubes of balls: minutes; STEPS=1e-4,1e-3 asks for other step lengths, TASKS=666,bouncing for some
+# tasks alone. It ends with 1 when a run with events misses a demand, and writes its results all the same.
+STEPS ?=
+TASKS ?=
+simbenchmark:
+	$(CARGO) run --quiet --release --locked --package carom-scenes --bin simbenchmark -- --out crates/bench/results \
+	  $(if $(STEPS),--dt $(STEPS)) $(if $(TASKS),--tasks $(TASKS))
 
 # contact solvers on the problems of a folder, beside what can be installed here; CAROM_CONTACT_PROBLEMS names it
 CAROM_CONTACT_PROBLEMS ?= ../shared/contact_problems

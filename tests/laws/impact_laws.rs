@@ -81,7 +81,15 @@ fn system<S: Dimension>(seed: u64, kind: Kind) -> System<S> {
 /// Thresholds of a scheme that stops at impacts: everything touches, and rounds go on to the end.
 fn to_the_end(rest_speed: f64) -> Thresholds {
     let noise = 1e-8;
-    Thresholds { rest_speed, still_speed: noise, call_speed: noise, touching: 1.0, dt: 1.0, thorough: true }
+    Thresholds {
+        rest_speed,
+        elastic_rest_speed: rest_speed,
+        still_speed: noise,
+        call_speed: noise,
+        touching: 1.0,
+        dt: 1.0,
+        thorough: true,
+    }
 }
 
 /// What a law made of a system.
@@ -109,14 +117,14 @@ fn strike_above<S: Dimension>(
     let settings = Settings {
         impact: Some(law),
         energy_guard,
-        solver: SolverKind::Auto,
+        solver: Some(SolverKind::Auto),
         iterations: 2000,
         tolerance: 1e-11,
         ..weightless::<S>(1e-3)
     };
     let energy = world.energy().kinetic();
     let (mut impacts, mut ledger) = (Impacts::default(), Ledger::default());
-    let mut solver = settings.solver.make::<S>();
+    let mut solver = settings.solver_kind().make::<S>();
     let mut watched = Watched { solver: solver.as_mut(), watch: &mut unwatched };
     let bodies = world.bodies_mut();
     impacts.resolve(bodies, touches, &settings, &to_the_end(rest_speed), &mut watched, &mut ledger);

@@ -20,6 +20,7 @@ mod materials;
 mod robustness;
 mod rolling;
 mod rotation;
+mod simbenchmark;
 mod slices;
 mod snapshots;
 mod statics;

@@ -9,6 +9,7 @@ pub mod dominoes;
 pub mod falling;
 pub mod pouring;
 pub mod seven;
+pub mod simbenchmark;
 pub mod sliding;
 pub mod spinning;
 pub mod stacking;

@@ -78,7 +78,8 @@ impl<S: Geometry> Together<'_, S> {
             // what the mean-velocity law leaves on curved ways is no impact
             u < -self.limits.still_speed.max(0.5 * self.limits.rest_speed)
         } else {
-            t.gap <= self.limits.arrived && u < -self.limits.still_speed
+            let due = self.due == Some((self.members[t.a], self.members[t.b]));
+            (due || t.gap <= self.limits.arrived) && u < -self.limits.still_speed
         }
     }
 

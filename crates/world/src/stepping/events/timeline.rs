@@ -11,7 +11,7 @@ use super::limits::Limits;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::bodies::{Bodies, Motion};
 use crate::force::Wrench;
-use crate::narrow_phase::normal_velocity;
+use crate::narrow_phase::{Touch, normal_velocity};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::Settings;
@@ -154,7 +154,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             match entry.kind {
                 Kind::Ends(island) => {
                     if self.islands[island].is_some() {
-                        self.meet(moment, &[island], Vec::new())?;
+                        self.meet(moment, &[island], Vec::new(), None)?;
                     }
                 }
                 Kind::Meets(pair, id) if self.versions[pair] == entry.version => {
@@ -264,6 +264,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             events: Events::default(),
             struck: ImpactReport::default(),
             pressed: None,
+            due: None,
             warm: common.warm,
             forces: None,
             last: LastFlow::default(),
@@ -417,7 +418,14 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             for &k in &islands {
                 ready.push((k, self.at_moment(k, moment)?));
             }
-            let Some((gap, speed)) = self.gap_between(moment, &ready, (a, b), id) else { break };
+            let Some((gap, speed)) = self.gap_between(moment, &ready, (a, b), id) else {
+                // a contact that slowly turned round: it comes back later than a straight line says
+                if moment != due {
+                    moment = due;
+                    ready.clear();
+                }
+                break;
+            };
             let limits = &self.common.limits;
             if gap.abs() <= limits.arrived || speed >= -limits.still_speed {
                 break;
@@ -431,7 +439,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             ready.clear();
             moment = next;
         }
-        self.meet(moment, &islands, ready)
+        self.meet(moment, &islands, ready, Some((a, b)))
     }
 
     fn island(&self, k: usize) -> &Island<S> {
@@ -465,8 +473,11 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         let mut near = Vec::new();
         let margin = self.common.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
         two.find((0, 1), margin, &mut near);
-        let found = near.iter().find(|t| t.id == id);
-        found.map(|t| (t.gap, normal_velocity(&two.bodies, t)))
+        let speed = |t: &Touch<S>| normal_velocity(&two.bodies, t);
+        // where the bodies did not follow their ways, another corner may be first
+        let mut approaching: Vec<&Touch<S>> = near.iter().filter(|t| speed(t) < 0.0).collect();
+        approaching.sort_by(|x, y| (x.id != id).cmp(&(y.id != id)).then(x.gap.total_cmp(&y.gap)));
+        approaching.first().map(|t| (t.gap, speed(t)))
     }
 
     fn gather_pair(&mut self, a: usize, b: usize, states: &[State<S>; 2]) -> Together<'a, S> {
@@ -514,6 +525,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         moment: f64,
         islands: &[usize],
         mut ready: Vec<(usize, Together<'a, S>)>,
+        due: Option<(usize, usize)>,
     ) -> Result<(), Halt> {
         let mut movers: Vec<usize> = Vec::new();
         let mut pressed: Vec<u64> = Vec::new();
@@ -565,6 +577,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             return self.cut_short(moment, &movers);
         }
         let mut at = self.gather(&movers, moment);
+        at.due = due;
         if any {
             pressed.sort_unstable();
             forces.sort();

@@ -43,6 +43,8 @@ pub struct Together<'a, S: Geometry> {
     /// Contacts that pressed in the last flow, by name, ascending; `None` before the step's first, where those of the
     /// step before count.
     pub pressed: Option<Vec<u64>>,
+    /// The pair whose arrival is due (indices in the world): it has arrived wherever rounding put it.
+    pub due: Option<(usize, usize)>,
     /// Forces and pressed contacts of the step before.
     pub warm: &'a WarmStart<S>,
     /// Forces of the last flow, once there was one.

@@ -1,0 +1,71 @@
+//! What the command line asks for.
+
+use crate::task::Task;
+use carom::Scheme;
+use std::path::PathBuf;
+
+const HELP: &str = "\
+simbenchmark: carom on the tasks of SimBenchmark, beside the published figures
+
+  --dt A,B          lengths of steps in s [1e-3,1e-2,1e-1, and 1e-4 for bouncing]
+  --tasks A,B       rolling_oblique, rolling_along, bouncing, 666, elastic_666 [all]
+  --schemes A,B     events, fixed_step [both]
+  --out FOLDER      folder of the results, FOLDER/MACHINE/simbenchmark.csv [none are written]";
+
+/// What to run.
+pub struct Arguments {
+    /// The tasks.
+    pub tasks: Vec<Task>,
+    /// The schemes, in the order they run.
+    pub schemes: Vec<Scheme>,
+    /// Folder of the result files.
+    pub out: Option<PathBuf>,
+    steps: Option<Vec<f64>>,
+}
+
+impl Arguments {
+    /// Reads the command line.
+    ///
+    /// # Errors
+    /// What is wrong with it, or the help that was asked for.
+    pub fn parse(mut words: impl Iterator<Item = String>) -> Result<Self, String> {
+        let mut given = Arguments {
+            tasks: Task::ALL.to_vec(),
+            schemes: vec![Scheme::Events, Scheme::FixedStep],
+            out: None,
+            steps: None,
+        };
+        while let Some(word) = words.next() {
+            let value = words.next().ok_or_else(|| HELP.to_string())?;
+            match word.as_str() {
+                "--dt" => given.steps = Some(list(&value, step)?),
+                "--tasks" => given.tasks = list(&value, Task::named)?,
+                "--schemes" => given.schemes = list(&value, scheme)?,
+                "--out" => given.out = Some(value.into()),
+                _ => return Err(format!("unknown option {word}\n\n{HELP}")),
+            }
+        }
+        Ok(given)
+    }
+    /// Lengths of a task's steps \[s\].
+    pub fn steps_of(&self, task: Task) -> Vec<f64> {
+        self.steps.clone().unwrap_or_else(|| task.usual_steps().to_vec())
+    }
+}
+
+fn list<T>(value: &str, read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, String> {
+    let one = |word: &str| read(word).ok_or_else(|| format!("cannot read {word:?}\n\n{HELP}"));
+    value.split(',').map(one).collect()
+}
+
+fn step(word: &str) -> Option<f64> {
+    word.parse().ok().filter(|dt| *dt > 0.0 && *dt <= 1.0)
+}
+
+fn scheme(word: &str) -> Option<Scheme> {
+    match word {
+        "events" => Some(Scheme::Events),
+        "fixed_step" => Some(Scheme::FixedStep),
+        _ => None,
+    }
+}
