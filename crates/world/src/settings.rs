@@ -32,10 +32,11 @@ pub struct EventSettings {
     /// Residual that solves aim at, over |g| dt \[1\]. Default 1e-12; 1e-8 is enough for piles. Whether a step is
     /// inaccurate is judged by the world's tolerance.
     pub tolerance: f64,
-    /// Stops of slipping contacts found per step and group. Default 16; further ones end within their flow.
+    /// Stops of slipping contacts found per step and island. Default 16; further ones end within their flow.
     pub slip_stops: usize,
-    /// Events per step and group after which the rest of the step is taken at once. Default the larger of 64 and
-    /// twice the group's bodies.
+    /// Events in a row of one set of bodies within a step after which the rest of the step is taken at once, for it
+    /// and all it may meet. Default the larger of 2048 and twice the set's bodies: events are cheap, and what the
+    /// rest of a step takes from the energy is not.
     pub cap: Option<usize>,
     /// Overlap that is projected away, over the smallest body's size \[1\]. Default 1e-9.
     pub overlap: f64,

@@ -11,6 +11,7 @@ mod task;
 use arguments::Arguments;
 use measure::Measurement;
 use std::process::ExitCode;
+use task::Choice;
 
 fn main() -> ExitCode {
     let given = match Arguments::parse(std::env::args().skip(1)) {
@@ -25,7 +26,7 @@ fn main() -> ExitCode {
         println!("{}", results::heading(task));
         for dt in given.steps_of(task) {
             for &scheme in &given.schemes {
-                let measured = Measurement::of(task, scheme, dt);
+                let measured = Measurement::of(task, &Choice { scheme, dt, tolerance: given.tolerance });
                 println!("{}", results::line(&measured));
                 all.push(measured);
             }

@@ -1,7 +1,7 @@
 //! One run of a task: the benchmark's error, taken before each step, and what else tells whether to trust it.
 //! Energies and overlaps are computed here from places and velocities, not asked of the world.
 
-use crate::task::Task;
+use crate::task::{Choice, Task};
 use carom::{Column, Events, Scheme, Spatial, StepReport, Vec3, World3};
 use carom_scenes::simbenchmark as scenes;
 use std::time::{Duration, Instant};
@@ -24,10 +24,8 @@ const PATIENCE: Duration = Duration::from_secs(5);
 pub struct Measurement {
     /// What ran.
     pub task: Task,
-    /// With which scheme.
-    pub scheme: Scheme,
-    /// Length of a step \[s\].
-    pub dt: f64,
+    /// How.
+    pub choice: Choice,
     /// Steps taken.
     pub steps: usize,
     /// The benchmark's error, see [`Task::error`].
@@ -56,8 +54,9 @@ pub struct Measurement {
 
 impl Measurement {
     /// Runs a task.
-    pub fn of(task: Task, scheme: Scheme, dt: f64) -> Measurement {
-        let mut run = match task.world(scheme, dt) {
+    pub fn of(task: Task, choice: &Choice) -> Measurement {
+        let Choice { scheme, dt, .. } = *choice;
+        let mut run = match task.world(choice) {
             Ok(world) => Run::new(task, world, dt),
             Err(error) => panic!("the scene {} is refused: {error}", task.name()),
         };
@@ -79,11 +78,11 @@ impl Measurement {
                 );
             }
         }
-        run.end(scheme, failure)
+        run.end(choice, failure)
     }
     /// True when the scheme is the one that must meet the demands.
     pub fn is_held_to_demands(&self) -> bool {
-        self.scheme == Scheme::Events
+        self.choice.scheme == Scheme::Events
     }
     /// Times that a guard stepped in: energy guard, endless rounds, steps taken at once.
     pub fn guards(&self) -> usize {
@@ -215,7 +214,7 @@ impl Run {
         self.residual = self.residual.max(report.residual());
     }
 
-    fn end(self, scheme: Scheme, failure: Option<String>) -> Measurement {
+    fn end(self, choice: &Choice, failure: Option<String>) -> Measurement {
         let [first, last] = self.energies;
         let mean = |sum: f64| sum / self.samples as f64;
         let ledger = self.world.ledger();
@@ -223,8 +222,7 @@ impl Run {
             (self.task.is_rolling() || self.task == Task::Bouncing, !self.task.is_rolling());
         Measurement {
             task: self.task,
-            scheme,
-            dt: self.dt,
+            choice: *choice,
             steps: self.world.steps() as usize,
             error: mean(self.error),
             place: has_place.then_some(self.place),

@@ -7,7 +7,7 @@ use carom::Scheme;
 use std::path::Path;
 
 /// Columns of the file; an empty cell was not measured.
-const COLUMNS: &str = "task,engine,dt,steps,error,place_error,overlap,largest_gain,projection,closure,events,impacts,capped_steps,guards,residual_max,seconds,verdict";
+const COLUMNS: &str = "task,engine,dt,tolerance,steps,error,place_error,overlap,largest_gain,projection,closure,events,impacts,capped_steps,guards,residual_max,seconds,verdict";
 
 /// Step lengths of the published figures \[s\].
 const STEPS: [f64; 4] = [1e-4, 1e-3, 1e-2, 1e-1];
@@ -59,8 +59,8 @@ fn verdict(m: &Measurement) -> String {
 pub fn line(m: &Measurement) -> String {
     format!(
         "{:>6.0e}  {:<16} {:>9.2e} {:>9} {:>9} {:>9.1e} {:>9.1e} {:>9.1e} {:>8} {:>6} {:>6} {:>9.2}  {}",
-        m.dt,
-        engine(m.scheme),
+        m.choice.dt,
+        engine(m.choice.scheme),
         m.error,
         or_dash(m.place),
         or_dash(m.overlap),
@@ -95,18 +95,21 @@ pub fn left_out(task: Task, taken: &[f64]) -> String {
 pub fn summary(all: &[Measurement]) -> String {
     let held: Vec<&Measurement> = all.iter().filter(|m| m.is_held_to_demands()).collect();
     let missed = held.iter().filter(|m| !m.missed().is_empty());
-    let lines: String =
-        missed.clone().map(|m| format!("\n  {} dt {:.0e}: {}", m.task.name(), m.dt, verdict(m))).collect();
+    let lines: String = missed
+        .clone()
+        .map(|m| format!("\n  {} dt {:.0e}: {}", m.task.name(), m.choice.dt, verdict(m)))
+        .collect();
     format!("{} of {} runs with events meet all demands{lines}", held.len() - missed.count(), held.len())
 }
 
 fn csv(m: &Measurement) -> String {
     let cell = |value: Option<f64>| value.map_or(String::new(), |x| format!("{x:.4e}"));
     format!(
-        "{},{},{:e},{},{:.4e},{},{},{:.3e},{:.3e},{:.3e},{},{},{},{},{:.3e},{:.3},{}",
+        "{},{},{:e},{},{},{:.4e},{},{},{:.3e},{:.3e},{:.3e},{},{},{},{},{:.3e},{:.3},{}",
         m.task.name(),
-        engine(m.scheme),
-        m.dt,
+        engine(m.choice.scheme),
+        m.choice.dt,
+        if m.is_held_to_demands() { format!("{:e}", m.choice.tolerance) } else { String::new() },
         m.steps,
         m.error,
         cell(m.place),
@@ -132,10 +135,10 @@ pub fn save(folder: &Path, all: &[Measurement]) -> Result<(), String> {
     let mut lines = vec![COLUMNS.to_string()];
     for (k, m) in all.iter().enumerate() {
         lines.push(csv(m));
-        if all.get(k + 1).is_none_or(|next| (next.task, next.dt) != (m.task, m.dt)) {
-            let theirs = published::at(m.task, m.dt).into_iter();
+        if all.get(k + 1).is_none_or(|next| (next.task, next.choice.dt) != (m.task, m.choice.dt)) {
+            let theirs = published::at(m.task, m.choice.dt).into_iter();
             lines.extend(theirs.map(|(name, error)| {
-                format!("{},{name},{:e},,{error:.4e},,,,,,,,,,,,published", m.task.name(), m.dt)
+                format!("{},{name},{:e},,,{error:.4e},,,,,,,,,,,,published", m.task.name(), m.choice.dt)
             }));
         }
     }

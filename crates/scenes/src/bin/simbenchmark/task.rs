@@ -54,7 +54,7 @@ impl Task {
             Task::Cube | Task::ElasticCube => 10.0,
         }
     }
-    /// Lengths of steps when none are asked for \[s\]: the shortest only where it does not take minutes.
+    /// Lengths of steps when none are asked for \[s\]: the shortest only for bouncing, the other tasks take minutes each.
     pub fn usual_steps(self) -> &'static [f64] {
         match self {
             Task::Bouncing => &[1e-4, 1e-3, 1e-2, 1e-1],
@@ -72,24 +72,31 @@ impl Task {
             _ => vec3(0.0, 1.0, 0.0),
         }
     }
-    /// A new world of the task.
+    /// A new world of the task, with the defaults of a scheme but for the residual that solves of `events` aim at
+    /// (over |g| dt \[1\]).
     ///
     /// # Errors
     /// None is known; those of building a world.
-    pub fn world(self, scheme: Scheme, dt: f64) -> Result<World3, BuildError> {
-        let mut settings = Settings::<Spatial> { dt, scheme, ..Settings::default() };
+    pub fn world(self, choice: &Choice) -> Result<World3, BuildError> {
+        let mut settings =
+            Settings::<Spatial> { dt: choice.dt, scheme: choice.scheme, ..Settings::default() };
+        settings.events.tolerance = choice.tolerance;
         match self {
             Task::RollingOblique | Task::RollingAlong => scenes::rolling(self.direction(), settings),
             Task::Bouncing => scenes::bouncing(settings),
-            Task::Cube => {
-                // in piles solves to 1e-12 g dt buy nothing
-                settings.events.tolerance = 1e-8;
-                scenes::cube(6, 0.101, 0.0, settings)
-            }
-            Task::ElasticCube => {
-                settings.events.tolerance = 1e-8;
-                scenes::cube(6, 1.101, 1.0, settings)
-            }
+            Task::Cube => scenes::cube(6, 0.101, 0.0, settings),
+            Task::ElasticCube => scenes::cube(6, 1.101, 1.0, settings),
         }
     }
+}
+
+/// How a task is run.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice {
+    /// The scheme.
+    pub scheme: Scheme,
+    /// Length of a step \[s\].
+    pub dt: f64,
+    /// Residual that solves of `events` aim at, over |g| dt \[1\].
+    pub tolerance: f64,
 }

@@ -15,7 +15,7 @@ const COLLAPSE: f64 = 1e-8;
 /// Gap over a pair's size at which bodies have met \[1\].
 const ARRIVED: f64 = 1e-12;
 /// Events of a body after which its group takes the rest of the step at once, at least.
-const CAP: usize = 256;
+const CAP: usize = 2048;
 
 /// The bounds of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
