@@ -266,9 +266,8 @@ pub fn bodies_that_collide_with_friction_keep_their_momenta<S: Dimension>() {
     for k in 0..36 {
         let (column, row) = ((k % 6) as f64 - 2.5, (k / 6) as f64 - 2.5);
         let place = S::at(0.5 * column, 0.5 * row);
-        let shape = if k % 2 == 0 { S::ball(0.12) } else { S::block(0.2, 0.2) };
         let pull = S::at(dice.between(-0.3, 0.3), dice.between(-0.3, 0.3));
-        let body = BodySpec::dense(shape, 1000.0).at(place).moving(place * -0.5 + pull);
+        let body = BodySpec::dense(S::ball(0.12), 1000.0).at(place).moving(place * -0.5 + pull);
         let body = body.spinning(S::turn(dice.between(-2.0, 2.0))).friction(0.4).restitution(0.3);
         add(&mut w, &format!("body {k}"), body);
     }

@@ -49,7 +49,9 @@ impl<S: Space> WarmStart<S> {
     /// Puts all lists in order.
     pub(crate) fn sort(&mut self) {
         self.forces.sort_by_key(|f| f.0);
+        self.forces.dedup_by_key(|f| f.0);
         self.moments.sort_by_key(|m| m.0);
+        self.moments.dedup_by_key(|m| m.0);
         self.pressed.sort_unstable();
         self.pressed.dedup();
     }

@@ -14,7 +14,7 @@ const LOOKS: usize = 160;
 /// Halvings that bring back a look which came too late.
 const HALVINGS: usize = 60;
 /// Share of the step that a pair is left alone which touches and neither approaches nor separates \[1\].
-const PAUSE: f64 = 1e-3;
+pub const PAUSE: f64 = 1e-3;
 
 /// The way of a body: position quadratic in time, rotation by a vector quadratic in time.
 #[derive(Clone, Copy, Debug)]
@@ -145,6 +145,9 @@ impl<S: Geometry> Arrivals<S> {
     /// First moment of the search at which a contact of the pair arrives, and its name.
     pub fn first(&mut self, search: &Search<S>) -> Option<(f64, u64)> {
         let mut t = search.from;
+        if t >= search.until {
+            return None;
+        }
         let (mut low, mut high) = (t, f64::INFINITY);
         let mut halvings = 0;
         for _ in 0..LOOKS {

@@ -10,6 +10,7 @@ mod contacts;
 mod fallback;
 mod flow;
 mod limits;
+mod meeting;
 mod overlap;
 mod slipping;
 mod timeline;

@@ -3,7 +3,7 @@
 //! between bodies are found on the islands' ways and wait in a queue; when one is due, only the islands that meet are
 //! taken back, brought to the moment, struck, and laid out anew. What an event costs is the matter of its islands.
 
-use super::arrival::{Search, State, Way};
+use super::arrival::{PAUSE, Search, State, Way};
 use super::candidates::Candidates;
 use super::contacts::Active;
 use super::flow::Stick;
@@ -11,7 +11,6 @@ use super::limits::Limits;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::bodies::{Bodies, Motion};
 use crate::force::Wrench;
-use crate::narrow_phase::{Touch, normal_velocity};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::Settings;
@@ -23,8 +22,6 @@ use carom_solver::Partition;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Corrections of an arrival's moment where bodies in contact do not follow their first ways.
-const CORRECTIONS: usize = 8;
 /// Rotation in one flow \[rad\]: ways are found from quadratic rotations.
 const TURN: f64 = 1.0;
 /// Left of the step when it is over \[1\].
@@ -54,12 +51,12 @@ pub struct Common<'a, S: Geometry> {
 pub struct Island<S: Geometry> {
     /// Indices in the world, ascending, obstacles included.
     pub members: Vec<usize>,
-    begin: f64,
-    until: f64,
+    pub(super) begin: f64,
+    pub(super) until: f64,
     start: Motion<S>,
     /// Motion at `until`.
     pub end: Motion<S>,
-    active: Active<S>,
+    pub(super) active: Active<S>,
     stick: Stick,
     before: Option<Vec<u64>>,
     /// Lines of the flow.
@@ -95,14 +92,14 @@ enum Kind {
 
 /// A step in the making.
 pub struct Timeline<'a, 'w, S: Geometry> {
-    common: &'a Common<'a, S>,
+    pub(super) common: &'a Common<'a, S>,
     tools: Tools<'a, 'w, S>,
     /// Each body as it was when its flow began.
-    bodies: &'a mut Bodies<S>,
-    ways: Vec<Way<S>>,
+    pub(super) bodies: &'a mut Bodies<S>,
+    pub(super) ways: Vec<Way<S>>,
     /// The islands; `None` where one has ended.
     pub islands: Vec<Option<Island<S>>>,
-    island_of: Vec<usize>,
+    pub(super) island_of: Vec<usize>,
     queue: BinaryHeap<Reverse<Entry>>,
     versions: Vec<u64>,
     slots: Vec<usize>,
@@ -117,7 +114,7 @@ pub struct Timeline<'a, 'w, S: Geometry> {
 }
 
 /// No island, or no slot.
-const NONE: usize = usize::MAX;
+pub(super) const NONE: usize = usize::MAX;
 
 impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     /// A step that begins with the bodies as they are.
@@ -400,100 +397,12 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         }
     }
 
-    /// A contact is due: finds the very moment at which its gap closes on the islands' own flows, and lets them meet.
-    fn arrive(&mut self, due: f64, pair: usize, id: u64) -> Result<(), Halt> {
-        self.events.arrivals += 1;
-        let (a, b) = self.common.candidates.pairs[pair];
-        let mut islands: Vec<usize> =
-            [a, b].iter().map(|&i| self.island_of[i]).filter(|&k| k != NONE).collect();
-        islands.sort_unstable();
-        islands.dedup();
-        let mut moment = due;
-        let mut ready = Vec::new();
-        for _ in 0..CORRECTIONS {
-            ready.clear();
-            if islands.iter().all(|&k| self.flies(k)) {
-                break; // the way was exact
-            }
-            for &k in &islands {
-                ready.push((k, self.at_moment(k, moment)?));
-            }
-            let Some((gap, speed)) = self.gap_between(moment, &ready, (a, b), id) else {
-                // a contact that slowly turned round: it comes back later than a straight line says
-                if moment != due {
-                    moment = due;
-                    ready.clear();
-                }
-                break;
-            };
-            let limits = &self.common.limits;
-            if gap.abs() <= limits.arrived || speed >= -limits.still_speed {
-                break;
-            }
-            let latest = islands.iter().map(|&k| self.island(k).until).fold(f64::INFINITY, f64::min);
-            let earliest = islands.iter().map(|&k| self.island(k).begin).fold(0.0, f64::max);
-            let next = (moment - gap / speed).clamp(earliest, latest);
-            if next == moment {
-                break;
-            }
-            ready.clear();
-            moment = next;
-        }
-        self.meet(moment, &islands, ready, Some((a, b)))
-    }
-
-    fn island(&self, k: usize) -> &Island<S> {
+    pub(super) fn island(&self, k: usize) -> &Island<S> {
         self.islands[k].as_ref().expect("an island in use")
     }
 
-    /// True for islands whose ways are exact: without contacts, and nothing that tumbles.
-    fn flies(&self, k: usize) -> bool {
-        let island = self.island(k);
-        let steady = |&i: &usize| !self.bodies.is_dynamic(i) || self.bodies.data[i].turning_arm == 0.0;
-        island.active.touches.is_empty() && island.members.iter().all(steady)
-    }
-
-    /// Gap and normal velocity of a contact between islands brought to a moment; `None` when it is not there.
-    fn gap_between(
-        &mut self,
-        moment: f64,
-        islands: &[(usize, Together<'a, S>)],
-        (a, b): (usize, usize),
-        id: u64,
-    ) -> Option<(f64, f64)> {
-        let mut states = [self.ways[a].at(moment), self.ways[b].at(moment)];
-        for (_, at) in islands {
-            for (s, body) in states.iter_mut().zip([a, b]) {
-                if let Some(slot) = at.members.iter().position(|&m| m == body && self.bodies.is_dynamic(m)) {
-                    *s = state(&at.bodies.motion, slot);
-                }
-            }
-        }
-        let mut two = self.gather_pair(a, b, &states);
-        let mut near = Vec::new();
-        let margin = self.common.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
-        two.find((0, 1), margin, &mut near);
-        let speed = |t: &Touch<S>| normal_velocity(&two.bodies, t);
-        // where the bodies did not follow their ways, another corner may be first
-        let mut approaching: Vec<&Touch<S>> = near.iter().filter(|t| speed(t) < 0.0).collect();
-        approaching.sort_by(|x, y| (x.id != id).cmp(&(y.id != id)).then(x.gap.total_cmp(&y.gap)));
-        approaching.first().map(|t| (t.gap, speed(t)))
-    }
-
-    fn gather_pair(&mut self, a: usize, b: usize, states: &[State<S>; 2]) -> Together<'a, S> {
-        let mut two = self.gather(&[], 0.0);
-        two.bodies = self.bodies.some(&[a, b]);
-        for (k, s) in states.iter().enumerate() {
-            two.bodies.motion.position[k] = s.position;
-            two.bodies.motion.rotation[k] = s.rotation;
-            two.bodies.motion.velocity[k] = s.velocity;
-            two.bodies.motion.angular_velocity[k] = s.spin;
-        }
-        two
-    }
-
     /// An island brought to a moment of its flow.
-    fn at_moment(&mut self, k: usize, moment: f64) -> Result<Together<'a, S>, Halt> {
+    pub(super) fn at_moment(&mut self, k: usize, moment: f64) -> Result<Together<'a, S>, Halt> {
         let island = self.islands[k].take().expect("an island in use");
         let movers: Vec<usize> =
             island.members.iter().copied().filter(|&i| self.bodies.is_dynamic(i)).collect();
@@ -520,7 +429,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     }
 
     /// Brings islands to a moment, with those that touch them, strikes them as one, and lays them out anew.
-    fn meet(
+    pub(super) fn meet(
         &mut self,
         moment: f64,
         islands: &[usize],
@@ -580,22 +489,28 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         at.due = due;
         if any {
             pressed.sort_unstable();
+            pressed.dedup();
             forces.sort();
             (at.pressed, at.forces) = (Some(pressed), Some(forces));
         }
+        let impacts = self.events.impacts;
         self.lay_out(at, moment, events, stops)?;
-        self.foresee_all(&movers, moment);
+        // an arrival of the ways that the flows do not share: looked at again a little later
+        let missed = due.filter(|_| self.events.impacts == impacts);
+        self.foresee_all(&movers, moment, missed);
         Ok(())
     }
 
-    /// Looks for the next arrivals of some bodies.
-    fn foresee_all(&mut self, movers: &[usize], moment: f64) {
+    /// Looks for the next arrivals of some bodies; of a pair that was missed, a little later.
+    fn foresee_all(&mut self, movers: &[usize], moment: f64, missed: Option<(usize, usize)>) {
         let candidates = self.common.candidates;
         let mut pairs: Vec<usize> = movers.iter().flat_map(|&i| candidates.of_body(i)).copied().collect();
         pairs.sort_unstable();
         pairs.dedup();
         for pair in pairs {
-            self.foresee(pair, moment);
+            let later = missed == Some(candidates.pairs[pair]);
+            let pause = if later { PAUSE * self.common.limits.dt } else { 0.0 };
+            self.foresee(pair, moment + pause);
         }
     }
 
@@ -732,7 +647,8 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     }
 }
 
-fn state<S: Geometry>(m: &Motion<S>, i: usize) -> State<S> {
+/// A body's state in a motion.
+pub(super) fn state<S: Geometry>(m: &Motion<S>, i: usize) -> State<S> {
     State {
         position: m.position[i],
         rotation: m.rotation[i],
