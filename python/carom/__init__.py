@@ -22,7 +22,7 @@ from carom._explanation import Explanation, Finding
 from carom._friction_problem import FrictionMeasure, FrictionProblem, FrictionSolution
 from carom._friction_problem_certificate import FrictionCertificate
 from carom._problem import ContactProblem, Residual, Solution
-from carom._report import ImpactReport, IslandReport, Snapshot, StageReport, StepReport
+from carom._report import EventReport, ImpactReport, IslandReport, Snapshot, StageReport, StepReport
 from carom.errors import (
     BuildError,
     BusyError,
@@ -116,6 +116,7 @@ __all__ = [
     "FrictionMeasure",
     "FrictionProblem",
     "FrictionSolution",
+    "EventReport",
     "ImpactReport",
     "InaccurateError",
     "InaccurateWarning",

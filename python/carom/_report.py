@@ -92,6 +92,29 @@ class ImpactReport(NamedTuple):
     gaining_contact: tuple[str, str] | None
 
 
+class EventReport(NamedTuple):
+    """What happened within a step of the scheme "events"; zeros for "fixed_step".
+
+    Attributes
+    ----------
+    arrivals : contacts whose arrival was found within the step [1]
+    impacts : impact phases [1]
+    slip_stops : stops of slipping contacts that were found [1]
+    capped : sets of bodies with so many events that the rest of their step was taken at once [1]
+    projections : times that overlaps were projected away [1]
+    deepest : the deepest of these overlaps [m]
+    islands : sets of bodies that moved apart from others at the step's end [1]
+    """
+
+    arrivals: int
+    impacts: int
+    slip_stops: int
+    capped: int
+    projections: int
+    deepest: float
+    islands: int
+
+
 class _StepFields(NamedTuple):
     step: int
     time: float
@@ -114,6 +137,7 @@ class _StepFields(NamedTuple):
     tolerance: float
     accurate: bool
     impacts: ImpactReport
+    events: EventReport
     islands: tuple[IslandReport, ...]
     findings: tuple[Finding, ...]
 
@@ -137,6 +161,7 @@ class StepReport(_StepFields):
     solver, tolerance : asked for; the residual in m/s
     accurate : whether every solve is within the tolerance by its residual; a tolerance of 0 asks for nothing
     impacts : `ImpactReport`: rounds, and what the energy guard did
+    events : `EventReport`: what the scheme "events" found within the step
     islands : `IslandReport` of each island where anything pressed, from solvers that go island by island:
         those of impacts, then those of persistent contacts
     findings : `Finding` of the step in brief; see `explain`
@@ -146,9 +171,11 @@ class StepReport(_StepFields):
 
     @classmethod
     def _told(cls, fields: Iterable[Any], world: World) -> Self:
-        *plain, impacts, islands, findings = fields
+        *plain, impacts, events, islands, findings = fields
         told = tuple(IslandReport._told(island) for island in islands)
-        made = cls._make((*plain, ImpactReport._make(impacts), told, findings_of(findings)))
+        made = cls._make(
+            (*plain, ImpactReport._make(impacts), EventReport._make(events), told, findings_of(findings))
+        )
         made._world = weakref.ref(world)
         return made
 

@@ -57,9 +57,17 @@ class World(Judged):
     integrator: Setting[str] = Setting(
         '"trapezoid" (default), "explicit_euler", "semi_implicit_euler", "implicit_midpoint" or "rk4".'
     )
-    scheme: Setting[str] = Setting('Time-stepping scheme: "fixed_step".')
-    solver: Setting[str] = Setting(
-        '"pgs" (default), "auto" (sweeps first, stronger where asked), or another of `carom.SOLVERS`.'
+    scheme: Setting[str] = Setting(
+        'Time-stepping scheme: "fixed_step" (default), or "events" (impacts and stops of slipping found inside '
+        "the step; exact at any dt)."
+    )
+    events: Setting[dict[str, Any]] = Setting(
+        'Choices of the scheme "events": touching, rest_speed_factor, tolerance, slip_stops, cap, overlap, '
+        "warm_start; those left out get their defaults."
+    )
+    solver: Setting[str | None] = Setting(
+        'None (default): the scheme\'s own, "pgs" for "fixed_step" and "exact" for "events"; "auto" (sweeps '
+        "first, stronger where asked), or another of `carom.SOLVERS`."
     )
     iterations: Setting[int] = Setting("Most iterations per solve [1].")
     tolerance: Setting[float] = Setting("Residual at which a solve stops [m/s]; 0 spends all iterations.")
@@ -78,7 +86,8 @@ class World(Judged):
     friction_law: Setting[str] = Setting('"disc" (Coulomb, default) or "box" (each tangent on its own).')
     impact: Setting[str | None] = Setting(
         'Impact law: "generalized_reflections", "newton", "sequential", "moreau" or "poisson", see '
-        '`carom.impact`; None (default): the scheme\'s own, "newton" for "fixed_step".'
+        '`carom.impact`; None (default): the scheme\'s own, "newton" for "fixed_step" and '
+        '"generalized_reflections" for "events".'
     )
     energy_guard: Setting[str] = Setting(
         'What happens to impacts that would gain energy: "clamp" (default; they get Moreau\'s law), "warn" '

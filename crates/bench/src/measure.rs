@@ -44,7 +44,7 @@ fn rows<S: Peer>(name: &str, build: Build<S>, arguments: &Arguments) -> Result<V
                 continue;
             }
             let mut world = build().map_err(|e| e.to_string())?;
-            let settings = carom::Settings { solver: *kind, ..world.settings().clone() };
+            let settings = carom::Settings { solver: Some(*kind), ..world.settings().clone() };
             world.set_settings(settings).map_err(|e| e.to_string())?;
             let patience = if compared { f64::INFINITY } else { arguments.patience };
             runs.push(run(&mut Ours { world }, &mut judge, steps, patience));

@@ -224,10 +224,17 @@ fn plain_report<'py, S: Geometry>(
         report.is_accurate().into_bound_py_any(py)?,
         (impacts.rounds, impacts.guarded, impacts.ended_plastic, impacts.gain, told.gaining)
             .into_bound_py_any(py)?,
+        events_of(report).into_bound_py_any(py)?,
         told.islands.into_bound_py_any(py)?,
         told.findings.into_bound_py_any(py)?,
     ];
     PyTuple::new(py, fields)
+}
+
+/// What happened within the step, in the order of the Python side's `EventReport`.
+fn events_of<S: Geometry>(report: &StepReport<S>) -> (usize, usize, usize, usize, usize, f64, usize) {
+    let e = &report.events;
+    (e.arrivals, e.impacts, e.slip_stops, e.capped, e.projections, e.deepest, e.islands)
 }
 
 /// The contacts of the last step as bytes of records.

@@ -31,8 +31,8 @@ impl<S: Geometry> Together<'_, S> {
         let twice = |t: &Touch<S>| -2.0 * t.gap.max(0.0) / time;
         self.impulse(&touches, &sums, free, time, &twice, tools)?;
         let mut potential = 0.0;
-        for i in 0..self.bodies.len() {
-            let mean = (before[i].linear + self.bodies.motion.velocity[i]) * 0.5;
+        for (i, start_twist) in before.iter().enumerate() {
+            let mean = (start_twist.linear + self.bodies.motion.velocity[i]) * 0.5;
             self.bodies.motion.position[i] = start.position[i] + mean * time;
             if self.bodies.is_dynamic(i) {
                 let way = self.bodies.motion.position[i] - start.position[i];

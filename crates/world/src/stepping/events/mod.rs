@@ -34,7 +34,7 @@ use carom_math::Column;
 use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, SolverKind, Watch};
 use limits::Limits;
 use timeline::{Common, Island, Timeline};
-use together::{Halt, LastFlow, Tools};
+use together::{Halt, LastFlow, Refusal, Tools};
 
 /// Times that a step may begin again with larger reaches before all bodies may meet all.
 const AGAIN: usize = 40;
@@ -106,9 +106,9 @@ impl<S: Geometry> EventsScheme<S> {
         let wrenches = half_way_loads(bodies, step, loads)?;
         let done = match self.attempts(bodies, settings, step, &wrenches, watch, warm) {
             Ok(done) => done,
-            Err((error, failed)) => {
-                self.failed = failed;
-                return Err(error);
+            Err(refusal) => {
+                self.failed = refusal.solve;
+                return Err(refusal.error);
             }
         };
         self.loads = wrenches;
@@ -135,7 +135,7 @@ impl<S: Geometry> EventsScheme<S> {
         wrenches: &[Wrench<S>],
         watch: &mut Watch,
         warm: &WarmStart<S>,
-    ) -> Result<Done<S>, (StepError, Option<SolveReport>)> {
+    ) -> Result<Done<S>, Box<Refusal>> {
         let limits = Limits::of(settings, bodies, step.dt);
         let origin = bodies.motion.clone();
         let mut reaches = reaches(bodies, settings, wrenches, step.dt);
@@ -164,11 +164,12 @@ impl<S: Geometry> EventsScheme<S> {
                     let Timeline { islands, ledger, events, struck, worst, .. } = timeline;
                     return Ok(Done { islands, ledger, events, struck, worst });
                 }
-                Err(Halt::Refused(error, failed)) => return Err((error, failed)),
+                Err(Halt::Refused(refusal)) => return Err(refusal),
                 Err(Halt::Gains((a, b), energy)) => {
                     let bodies = (bodies.names[a].clone(), bodies.names[b].clone());
                     let law = settings.impact_law().name();
-                    return Err((StepError::EnergyGain { bodies, law, energy, time: step.time }, None));
+                    let error = StepError::EnergyGain { bodies, law, energy, time: step.time };
+                    return Err(Box::new(Refusal { error, solve: None }));
                 }
                 Err(Halt::Outgrown(i)) => i,
             };

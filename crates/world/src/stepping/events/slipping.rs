@@ -103,7 +103,7 @@ impl<S: Geometry> Together<'_, S> {
             }
             trial *= TRIAL;
         }
-        if !(stop < time * (1.0 - 1e-9)) {
+        if stop >= time * (1.0 - 1e-9) {
             return Ok(None);
         }
         for _ in 0..CORRECTIONS {

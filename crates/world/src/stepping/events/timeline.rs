@@ -332,12 +332,14 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         let start = at.save();
         at.flow(time, &active.touches, &active.fresh, stick, &mut self.tools)?;
         let mut stopping = false;
-        if stick == Stick::Mean {
-            if let Some(stop) = at.first_stop(&start, &active, time, &mut self.tools)? {
-                at.restore(&start);
-                at.flow(stop, &active.touches, &active.fresh, stick, &mut self.tools)?;
-                (time, stopping) = (stop, true);
-            }
+        let stop = match stick {
+            Stick::Mean => at.first_stop(&start, &active, time, &mut self.tools)?,
+            Stick::End => None,
+        };
+        if let Some(stop) = stop {
+            at.restore(&start);
+            at.flow(stop, &active.touches, &active.fresh, stick, &mut self.tools)?;
+            (time, stopping) = (stop, true);
         }
         let until = if rest - time <= OVER * limits.dt { limits.dt } else { moment + time };
         let number = self.islands.len();

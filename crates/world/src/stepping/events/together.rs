@@ -116,13 +116,15 @@ pub enum Halt {
     /// Impacts between two bodies (their indices in the world) gain energy \[J\], and the settings refuse that.
     Gains((usize, usize), f64),
     /// The step is refused.
-    Refused(StepError, Option<SolveReport>),
+    Refused(Box<Refusal>),
 }
 
-impl From<StepError> for Halt {
-    fn from(error: StepError) -> Self {
-        Halt::Refused(error, None)
-    }
+/// Why a step is refused, and the solve that was the reason.
+pub struct Refusal {
+    /// Why.
+    pub error: StepError,
+    /// The solve.
+    pub solve: Option<SolveReport>,
 }
 
 impl<S: Geometry> Together<'_, S> {
@@ -195,6 +197,10 @@ impl<S: Geometry> Together<'_, S> {
 
     /// Keeps a solve's report if it is its phase's worst, its iterations in any case; refuses where the solver did.
     pub fn keep(&mut self, phase: usize, mut report: SolveReport, name: &'static str) -> Result<(), Halt> {
+        for island in &mut report.islands {
+            // entries are those of a problem that is gone when the step is over
+            (island.first_body, island.worst) = (self.members[island.first_body], None);
+        }
         if report.residual <= self.settings.tolerance && report.stop != Stop::Interrupted {
             // within what was asked for, if not within what the scheme aimed at
             report.stop = Stop::Converged;
@@ -210,7 +216,7 @@ impl<S: Geometry> Together<'_, S> {
             _ => None,
         };
         if let Some(error) = error {
-            return Err(Halt::Refused(error, Some(report)));
+            return Err(Halt::Refused(Box::new(Refusal { error, solve: Some(report) })));
         }
         let iterations = report.iterations + self.worst[phase].as_ref().map_or(0, |w| w.iterations);
         let worse = self.worst[phase].as_ref().is_none_or(|w| report.residual >= w.residual);
