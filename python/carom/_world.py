@@ -58,8 +58,8 @@ class World(Judged):
         '"trapezoid" (default), "explicit_euler", "semi_implicit_euler", "implicit_midpoint" or "rk4".'
     )
     scheme: Setting[str] = Setting(
-        'Time-stepping scheme: "fixed_step" (default), or "events" (impacts and stops of slipping found inside '
-        "the step; exact at any dt)."
+        'Time-stepping scheme: "fixed_step" (default), or "events" (impacts and stops of slipping found '
+        "inside the step; exact at any dt)."
     )
     events: Setting[dict[str, Any]] = Setting(
         'Choices of the scheme "events": touching, rest_speed_factor, tolerance, slip_stops, cap, overlap, '
@@ -691,7 +691,8 @@ class World(Judged):
         kinds = [body.kind for body in self] if len(self) <= 1000 else []
         still = len([kind for kind in kinds if kind != "dynamic"])
         parts = f"{len(self)} bodies" + (f" ({still} obstacles)" if still else "")
-        return f"<{self._space.name}.World {parts}, t = {self.time:.6g} s, solver {self.solver}>"
+        solver = self.solver or ("exact" if self.scheme == "events" else "pgs")
+        return f"<{self._space.name}.World {parts}, t = {self.time:.6g} s, solver {solver}>"
 
 
 def _restored(kind: type[World], snapshot: bytes) -> World:

@@ -217,11 +217,11 @@ def test_lines_that_later_ledgers_have_are_counted(sound: Path, tmp_path: Path) 
     with h5py.File(sound) as file:
         old = file["steps"][...]
     form = [(name, old.dtype[name]) for name in old.dtype.names]
-    form.insert([name for name, _ in form].index("projection"), ("fallback", "f8"))
+    form.insert([name for name, _ in form].index("projection"), ("of_later", "f8"))
     new = np.empty(len(old), dtype=form)
     for name in old.dtype.names:
         new[name] = old[name]
-    new["fallback"] = 0.25 * old["friction"]
+    new["of_later"] = 0.25 * old["friction"]
     new["friction"] = 0.75 * old["friction"]
     rewritten(path, "steps", new)
     assert failed(check_run(path)) == {}

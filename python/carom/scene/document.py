@@ -28,7 +28,7 @@ from carom.scene.suggest import did_you_mean
 SCHEMA_VERSION = 1
 
 Integrator = Literal["trapezoid", "explicit_euler", "semi_implicit_euler", "implicit_midpoint", "rk4"]
-Scheme = Literal["fixed_step"]
+Scheme = Literal["fixed_step", "events"]
 Solver = Literal[
     "sequential", "pgs", "pgs_matrix", "direct", "lemke", "nncg", "apgd", "enumeration", "exact", "auto"
 ]  # fmt: skip
@@ -38,13 +38,49 @@ EnergyGuard = Literal["warn", "clamp", "raise"]
 Mixing = Literal["min", "max", "mean", "product", "geometric", "harmonic"]
 
 
+class EventSettings(Strict):
+    """Choices of the scheme "events"."""
+
+    touching: Fraction | None = Field(
+        default=None,
+        description="Gap up to which bodies touch, over the smaller one's size [1]; 1e-5 when absent.",
+    )
+    rest_speed_factor: NotNegative | None = Field(
+        default=None,
+        description="Impacts slower than factor x |gravity| x dt do not bounce [1]; 0.05 when absent.",
+    )
+    tolerance: NotNegative | None = Field(
+        default=None, description="Residual that solves aim at, over |gravity| x dt [1]; 1e-12 when absent."
+    )
+    slip_stops: Annotated[int, Field(strict=True, ge=0)] | None = Field(
+        default=None, description="Stops of slips found per step and island [1]; 16 when absent."
+    )
+    cap: Annotated[int, Field(strict=True, ge=1)] | None = Field(
+        default=None,
+        description="Events in a row after which a step's rest is taken at once [1]; derived when absent.",
+    )
+    overlap: Fraction | None = Field(
+        default=None,
+        description="Overlap that is projected away, over the smaller body's size [1]; 1e-9 when absent.",
+    )
+    warm_start: Switch | None = Field(
+        default=None, description="Whether flows start from the forces before; false when absent."
+    )
+
+
 class SettingsCommon(Strict):
     """Settings that the plane and space share."""
 
     dt: Positive | None = Field(default=None, description="Time step [s]; 1/240 when absent.")
     integrator: Integrator | None = Field(default=None, description='Integrator; "trapezoid" when absent.')
-    scheme: Scheme | None = Field(default=None, description='Time-stepping scheme; "fixed_step" when absent.')
-    solver: Solver | None = Field(default=None, description='Contact solver; "pgs" when absent.')
+    scheme: Scheme | None = Field(
+        default=None, description='Time-stepping scheme: "fixed_step" (when absent) or "events".'
+    )
+    events: EventSettings | None = Field(default=None, description='Choices of the scheme "events".')
+    solver: Solver | None = Field(
+        default=None,
+        description='Contact solver; the scheme\'s own when absent: "pgs" | "exact" for "events".',
+    )
     iterations: Annotated[int, Field(strict=True, ge=1, le=10_000_000)] | None = Field(
         default=None, description="Most iterations of the solver in a step [1]; 100 when absent."
     )
@@ -68,7 +104,9 @@ class SettingsCommon(Strict):
         default=None, description='True Coulomb disc or the notes\' box; "disc" when absent.'
     )
     impact: ImpactLaw | None = Field(
-        default=None, description='Law of impacts; the scheme\'s own when absent: "newton" for "fixed_step".'
+        default=None,
+        description='Law of impacts; the scheme\'s own when absent: "newton" for "fixed_step", '
+        '"generalized_reflections" for "events".',
     )
     energy_guard: EnergyGuard | None = Field(
         default=None, description='What happens to impacts that would gain energy; "clamp" when absent.'
