@@ -39,6 +39,7 @@ from carom.errors import (
 )
 
 if TYPE_CHECKING:
+    from carom.advice import Advice, advise
     from carom.comparison import Comparison, compare
     from carom.meshes import load_mesh
     from carom.run import Run
@@ -57,6 +58,8 @@ ON_INACCURATE: tuple[str, ...] = tuple(_carom.ON_INACCURATE)
 CONTACT_STATUS: tuple[str, ...] = tuple(_carom.CONTACT_STATUS)
 
 _LATER = {
+    "Advice": "carom.advice",
+    "advise": "carom.advice",
     "Comparison": "carom.comparison",
     "compare": "carom.comparison",
     "load_mesh": "carom.meshes",
@@ -102,6 +105,7 @@ __all__ = [
     "LEDGER_LINES",
     "ON_INACCURATE",
     "SOLVERS",
+    "Advice",
     "BuildError",
     "BusyError",
     "CaromError",
@@ -133,6 +137,7 @@ __all__ = [
     "StepError",
     "StepReport",
     "ViewError",
+    "advise",
     "build_scene",
     "collision",
     "compare",

@@ -1,4 +1,4 @@
-"""The command ``carom``: run, plot, check, compare, problem, scenes, schema.
+"""The command ``carom``: run, plot, check, compare, advise, problem, scenes, schema.
 
 Results go to stdout, everything else to stderr. Exit codes: 0 done, 1 the run failed, 2 bad input, 130
 Ctrl-C.
@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from carom.cli.advise import advise_command
 from carom.cli.check import check_command
 from carom.cli.compare import compare_command
 from carom.cli.failure import INTERRUPTED, exit_code, say
@@ -52,6 +53,7 @@ app.command("run")(run_command)
 app.command("plot")(plot_command)
 app.command("check")(check_command)
 app.command("compare")(compare_command)
+app.command("advise")(advise_command)
 app.command("scenes")(scenes_command)
 app.command("schema")(schema_command)
 app.add_typer(problem_app)

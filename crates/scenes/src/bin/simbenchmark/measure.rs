@@ -2,7 +2,7 @@
 //! Energies and overlaps are computed here from places and velocities, not asked of the world.
 
 use crate::task::{Choice, Task};
-use carom::{Column, Events, Scheme, Spatial, StepReport, Vec3, World3};
+use carom::{Column, Events, ImpactReport, Scheme, Spatial, StepReport, Vec3, World3};
 use carom_scenes::simbenchmark as scenes;
 use std::time::{Duration, Instant};
 
@@ -42,6 +42,8 @@ pub struct Measurement {
     pub closure: f64,
     /// What happened.
     pub events: Events,
+    /// What their impacts came to.
+    pub impacts: ImpactReport,
     /// Steps in which something reached its cap of events.
     pub capped_steps: usize,
     /// Largest residual of a solve \[m/s\].
@@ -86,7 +88,7 @@ impl Measurement {
     }
     /// Times that a guard stepped in: energy guard, endless rounds, steps taken at once.
     pub fn guards(&self) -> usize {
-        self.events.guarded + self.events.ended_plastic + self.events.fallbacks
+        self.impacts.guarded + self.impacts.ended_plastic + self.events.fallbacks
     }
     /// The demands that the run misses, by name; whatever cannot be compared is missed.
     pub fn missed(&self) -> Vec<&'static str> {
@@ -125,6 +127,7 @@ struct Run {
     overlap: f64,
     gain: f64,
     events: Events,
+    impacts: ImpactReport,
     capped_steps: usize,
     residual: f64,
     spent: Duration,
@@ -146,6 +149,7 @@ impl Run {
             overlap: 0.0,
             gain: 0.0,
             events: Events::default(),
+            impacts: ImpactReport::default(),
             capped_steps: 0,
             residual: 0.0,
             spent: Duration::ZERO,
@@ -210,6 +214,7 @@ impl Run {
         self.gain = self.gain.max(gain);
         self.energies[1] = energy;
         self.events.add(&report.events);
+        self.impacts.add(&report.impacts);
         self.capped_steps += usize::from(report.events.capped > 0);
         self.residual = self.residual.max(report.residual());
     }
@@ -231,6 +236,7 @@ impl Run {
             projection: (ledger.projection - self.given()) / first,
             closure: (last - first - ledger.sum()) / first,
             events: self.events,
+            impacts: self.impacts,
             capped_steps: self.capped_steps,
             residual: self.residual,
             seconds: self.spent.as_secs_f64(),
