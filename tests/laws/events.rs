@@ -21,6 +21,7 @@ in_plane_and_space!(
     a_block_on_a_moving_wedge_takes_the_closed_form,
     a_ball_slides_down_another_and_leaves_where_the_closed_form_says,
     a_restored_snapshot_goes_on_bit_for_bit,
+    an_arrival_at_the_very_end_of_a_step_is_met,
     a_fast_ball_does_not_pass_through_a_thin_plate,
     a_light_ball_thrown_by_a_heavy_one_does_not_pass_through_its_neighbour,
     a_tumbling_block_comes_to_rest_and_stays,
@@ -379,6 +380,26 @@ pub fn a_restored_snapshot_goes_on_bit_for_bit<S: Dimension>() {
     settle(&mut w, 0.5);
     settle(&mut again, 0.5);
     assert_eq!(bits(&w), bits(&again));
+}
+
+/// A ball that reaches the floor when the step ends, to rounding on either side of it: whatever step meets it, it is
+/// thrown back once, and the state between the steps can be saved and restored.
+pub fn an_arrival_at_the_very_end_of_a_step_is_met<S: Dimension>() {
+    let just = |x: f64, ulps: i64| f64::from_bits((x.to_bits() as i64 + ulps) as u64);
+    for ulps in -3..=3 {
+        let mut w = world::<S>(without_weight(0.125));
+        add_floor(&mut w, 0.0, 1.0);
+        let place = S::at(0.0, just(0.25, ulps));
+        let ball = BodySpec::dense(S::ball(0.125), 1000.0).at(place).moving(S::at(0.0, -1.0));
+        add(&mut w, "ball", ball.restitution(1.0).friction(0.0));
+        step(&mut w);
+        let (mut again, _) = World::<S>::from_snapshot(&w.snapshot()).expect("a snapshot of this world");
+        step(&mut w);
+        step(&mut again);
+        assert_eq!(bits(&w), bits(&again));
+        close(height(&w, 1), 0.25, 1e-14, "back where it began [m]");
+        close(S::up(w.bodies().motion.velocity[1]), 1.0, 1e-14, "thrown back [m/s]");
+    }
 }
 
 /// A ball of 1 cm at 1 km/s against a plate of 1 mm, in one step of 10 ms.

@@ -49,17 +49,19 @@ impl<S: Geometry> Way<S> {
     /// The way between two states; `arm` is how far turning carries a point of the surface per radian.
     pub fn between(begin: f64, until: f64, start: &State<S>, end: &State<S>, arm: f64) -> Self {
         let time = until - begin;
+        // a way of no length is a place
+        let rate = if time > 0.0 { 1.0 / time } else { 0.0 };
         let mut bend = S::Spin::ZERO;
         if arm > 0.0 && start.rotation != end.rotation {
             let whole = start.rotation.inverse().then(&end.rotation).vector();
-            bend = (whole - start.spin * time) * (1.0 / (time * time));
+            bend = (whole - start.spin * time) * (rate * rate);
         }
         Way {
             begin,
             until,
             position: start.position,
             velocity: start.velocity,
-            acceleration: (end.velocity - start.velocity) * (1.0 / time),
+            acceleration: (end.velocity - start.velocity) * rate,
             rotation: start.rotation,
             spin: start.spin,
             bend,

@@ -74,6 +74,15 @@ pub struct Island<S: Geometry> {
     stopping: bool,
 }
 
+/// What islands that meet bring along.
+struct Met<S: Geometry> {
+    movers: Vec<usize>,
+    /// Who pressed in their last flows, and the forces then; `None` where none has had one.
+    memory: Option<(Vec<u64>, WarmStart<S>)>,
+    events: usize,
+    stops: usize,
+}
+
 /// What waits in the queue: when, and whose. Moments are not negative, so their bits are in order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
@@ -330,9 +339,13 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         let stick = if stops < limits.slip_stops { Stick::Mean } else { Stick::End };
         let before = at.pressed.clone();
         let start = at.save();
-        at.flow(time, &active.touches, &active.fresh, stick, &mut self.tools)?;
+        let is_over = rest <= OVER * limits.dt;
+        if !is_over {
+            at.flow(time, &active.touches, &active.fresh, stick, &mut self.tools)?;
+        }
         let mut stopping = false;
         let stop = match stick {
+            _ if is_over => None,
             Stick::Mean => at.first_stop(&start, &active, time, &mut self.tools)?,
             Stick::End => None,
         };
@@ -435,16 +448,35 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         &mut self,
         moment: f64,
         islands: &[usize],
-        mut ready: Vec<(usize, Together<'a, S>)>,
+        ready: Vec<(usize, Together<'a, S>)>,
         due: Option<(usize, usize)>,
     ) -> Result<(), Halt> {
-        let mut movers: Vec<usize> = Vec::new();
-        let mut pressed: Vec<u64> = Vec::new();
-        let mut forces = WarmStart::default();
-        let mut any = false;
-        let (mut events, mut stops) = (0, 0);
+        let met = self.bring(moment, islands, ready)?;
+        if met.events > self.common.limits.cap(met.movers.len()) {
+            return self.cut_short(moment, &met.movers);
+        }
+        let mut at = self.gather(&met.movers, moment);
+        at.due = due;
+        if let Some((pressed, forces)) = met.memory {
+            (at.pressed, at.forces) = (Some(pressed), Some(forces));
+        }
+        let impacts = self.events.impacts;
+        self.lay_out(at, moment, met.events, met.stops)?;
+        // an arrival of the ways that the flows do not share: looked at again a little later
+        let missed = due.filter(|_| self.events.impacts == impacts);
+        self.foresee_all(&met.movers, moment, missed);
+        Ok(())
+    }
+
+    /// Takes islands, and those that touch them at a moment, out of the timeline; their bodies are at the moment then.
+    fn bring(
+        &mut self,
+        moment: f64,
+        islands: &[usize],
+        mut ready: Vec<(usize, Together<'a, S>)>,
+    ) -> Result<Met<S>, Halt> {
+        let mut met = Met { movers: Vec::new(), memory: None, events: 0, stops: 0 };
         let mut waiting: Vec<usize> = islands.to_vec();
-        let mut points = Vec::new();
         while let Some(k) = waiting.pop() {
             if self.islands[k].is_none() {
                 continue;
@@ -456,51 +488,50 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             self.keep(&at);
             self.check_reach(&at)?;
             let island = self.islands[k].take().expect("an island in use");
-            events = events.max(island.events + 1);
-            stops = stops.max(island.stops + usize::from(island.stopping && moment >= island.until));
-            self.events.slip_stops += usize::from(island.stopping && moment >= island.until);
-            any |= at.pressed.is_some();
-            pressed.extend(at.pressed.iter().flatten());
-            forces.take_over(at.forces.unwrap_or_default(), Vec::new());
-            let mine = at.members.iter().copied().filter(|&i| self.bodies.is_dynamic(i));
-            for i in mine {
-                movers.push(i);
+            let stopped = usize::from(island.stopping && moment >= island.until);
+            self.events.slip_stops += stopped;
+            met.events = met.events.max(island.events + 1);
+            met.stops = met.stops.max(island.stops + stopped);
+            if let Some(mine) = at.pressed {
+                let (pressed, forces) = met.memory.get_or_insert_with(Default::default);
+                pressed.extend(mine);
+                forces.take_over(at.forces.unwrap_or_default(), Vec::new());
+            }
+            let movers: Vec<usize> = at.members.into_iter().filter(|&i| self.bodies.is_dynamic(i)).collect();
+            for &i in &movers {
                 // from here on it is where it is: its neighbours must see it there
                 let s = state(&self.bodies.motion, i);
-                self.ways[i] =
-                    Way::between(moment, self.common.limits.dt.max(moment + f64::MIN_POSITIVE), &s, &s, 0.0);
-                for &p in self.common.candidates.of_body(i) {
-                    let (a, b) = self.common.candidates.pairs[p];
-                    let other = if a == i { b } else { a };
-                    let k = self.island_of[other];
-                    if self.bodies.is_dynamic(other)
-                        && self.islands[k].is_some()
-                        && self.touch_at(a, b, moment, &mut points)
-                    {
-                        waiting.push(k);
-                    }
-                }
+                self.ways[i] = Way::between(moment, moment, &s, &s, 0.0);
             }
+            self.touching_islands(&movers, moment, &mut waiting);
+            met.movers.extend(movers);
         }
-        movers.sort_unstable();
-        let capped = events > self.common.limits.cap(movers.len());
-        if capped {
-            return self.cut_short(moment, &movers);
-        }
-        let mut at = self.gather(&movers, moment);
-        at.due = due;
-        if any {
+        met.movers.sort_unstable();
+        if let Some((pressed, forces)) = &mut met.memory {
             pressed.sort_unstable();
             pressed.dedup();
             forces.sort();
-            (at.pressed, at.forces) = (Some(pressed), Some(forces));
         }
-        let impacts = self.events.impacts;
-        self.lay_out(at, moment, events, stops)?;
-        // an arrival of the ways that the flows do not share: looked at again a little later
-        let missed = due.filter(|_| self.events.impacts == impacts);
-        self.foresee_all(&movers, moment, missed);
-        Ok(())
+        Ok(met)
+    }
+
+    /// Appends the islands of bodies that touch some of these at a moment.
+    fn touching_islands(&self, movers: &[usize], moment: f64, waiting: &mut Vec<usize>) {
+        let candidates = self.common.candidates;
+        let mut points = Vec::new();
+        for &i in movers {
+            for &p in candidates.of_body(i) {
+                let (a, b) = candidates.pairs[p];
+                let other = if a == i { b } else { a };
+                let k = self.island_of[other];
+                if self.bodies.is_dynamic(other)
+                    && self.islands[k].is_some()
+                    && self.touch_at(a, b, moment, &mut points)
+                {
+                    waiting.push(k);
+                }
+            }
+        }
     }
 
     /// Looks for the next arrivals of some bodies; of a pair that was missed, a little later.
@@ -516,8 +547,8 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         }
     }
 
-    /// Takes the rest of the step at once for all bodies that some may meet, directly or through others.
-    fn cut_short(&mut self, moment: f64, movers: &[usize]) -> Result<(), Halt> {
+    /// Brings all bodies that some may meet, directly or through others, to a moment; gives all of them.
+    fn bring_reachable(&mut self, moment: f64, movers: &[usize]) -> Result<Vec<usize>, Halt> {
         let candidates = self.common.candidates;
         let mut all = movers.to_vec();
         let mut inside = vec![false; self.bodies.len()];
@@ -526,26 +557,32 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         while next < all.len() {
             let i = all[next];
             next += 1;
+            let mut near: Vec<usize> = Vec::new();
             let k = self.island_of[i];
             if self.islands[k].is_some() {
                 let at = self.at_moment(k, moment)?;
                 self.keep(&at);
-                let island = self.islands[k].take().expect("an island in use");
-                for &m in island.members.iter().filter(|&&m| self.bodies.is_dynamic(m)) {
-                    if !std::mem::replace(&mut inside[m], true) {
-                        all.push(m);
-                    }
-                }
+                self.islands[k] = None;
+                near.extend(at.members);
             }
             for &p in candidates.of_body(i) {
                 let (a, b) = candidates.pairs[p];
-                let other = if a == i { b } else { a };
-                if self.bodies.is_dynamic(other) && !std::mem::replace(&mut inside[other], true) {
-                    all.push(other);
+                near.extend([a, b]);
+            }
+            for m in near {
+                if self.bodies.is_dynamic(m) && !std::mem::replace(&mut inside[m], true) {
+                    all.push(m);
                 }
             }
         }
         all.sort_unstable();
+        Ok(all)
+    }
+
+    /// Takes the rest of the step at once for all bodies that some may meet.
+    fn cut_short(&mut self, moment: f64, movers: &[usize]) -> Result<(), Halt> {
+        let candidates = self.common.candidates;
+        let all = self.bring_reachable(moment, movers)?;
         let mut at = self.gather(&all, moment);
         let start = at.bodies.motion.clone();
         at.fall_back(self.common.limits.dt - moment, &mut self.tools)?;
@@ -555,7 +592,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         for (k, &i) in at.members.iter().enumerate() {
             if self.bodies.is_dynamic(i) {
                 let (s, e) = (state(&start, k), state(&at.bodies.motion, k));
-                self.ways[i] = Way::between(moment, dt.max(moment + f64::MIN_POSITIVE), &s, &e, 0.0);
+                self.ways[i] = Way::between(moment, dt, &s, &e, 0.0);
                 self.island_of[i] = number;
                 for &p in candidates.of_body(i) {
                     self.versions[p] += 1;
