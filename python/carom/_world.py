@@ -3,7 +3,7 @@
 The engine holds the state. ``position``, ``rotation``, ``velocity`` and ``angular_velocity`` are arrays over
 its own memory: reading them costs nothing, writing them moves the bodies, and while one of them is alive no
 body can be added or removed. A step runs without the interpreter's lock; arrays keep showing the state before
-it until it ends.
+it until it ends. Long because it is one class, the world's face, and its docstrings.
 """
 
 from __future__ import annotations
@@ -82,7 +82,9 @@ class World(Judged):
         'What happens to a solve above the tolerance: "ignore", "warn" (default; once per run), "raise" (the '
         'step is not taken) or "escalate" (its islands go on to stronger solvers).'
     )
-    warm_start: Setting[bool] = Setting("Whether a solve starts from the last step's impulses.")
+    warm_start: Setting[bool] = Setting(
+        "Whether a solve of a fixed step starts from the last step's impulses."
+    )
     friction_law: Setting[str] = Setting('"disc" (Coulomb, default) or "box" (each tangent on its own).')
     impact: Setting[str | None] = Setting(
         'Impact law: "generalized_reflections", "newton", "sequential", "moreau" or "poisson", see '

@@ -1,4 +1,5 @@
 """What a run leaves behind, in memory or in an HDF5 file that can be read while it is being written.
+Long because the layout stands here as text, as types and as the writer of both: one place to change.
 
 Layout of a file (SI units; every dataset has an attribute ``unit``; f frames, s steps, n bodies, c contacts,
 l actions, d = 2 | 3):

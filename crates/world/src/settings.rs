@@ -41,7 +41,7 @@ pub struct EventSettings {
     /// Overlap that is projected away, over the smallest body's size \[1\]. Default 1e-9.
     pub overlap: f64,
     /// Start each flow's solve from the forces before. Default false: where more contacts hold a sliding body than it
-    /// has freedoms, the start decides which forces act, and a scheme of order 2 becomes one of order 1.
+    /// has freedoms, the start decides which forces act, and the motion inherits the steps before.
     pub warm_start: bool,
 }
 

@@ -5,17 +5,15 @@ use crate::bodies::{Bodies, Motion};
 use crate::body::{BodyKind, BodySpec};
 use crate::error::{BuildError, StepError};
 use crate::force::{ForceField, Wrench};
-use crate::impact::Impacts;
 use crate::integrate::Step;
 use crate::material::MaterialPair;
 use crate::narrow_phase::{NarrowPhase, Touch};
 use crate::observe::energy::{Energy, Momenta};
 use crate::observe::explain::{Explanation, Scene, phase_of};
 use crate::observe::ledger::Ledger;
-use crate::observe::report::{SolveReport, StepReport};
+use crate::observe::report::StepReport;
 use crate::settings::{Scheme, Settings};
-use crate::stepping::events::EventsScheme;
-use crate::stepping::fixed_step::FixedStep;
+use crate::stepping::schemes::Schemes;
 use crate::stepping::{Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
@@ -76,49 +74,6 @@ pub struct World<S: Geometry> {
     spare: (Vec<Touch<S>>, Schemes<S>),
     /// Why the last step that failed because of a solve did.
     failure: Option<Explanation>,
-}
-
-/// The schemes' memories, and which of them took the last step.
-struct Schemes<S: Geometry> {
-    ran: Scheme,
-    fixed_step: FixedStep<S>,
-    events: EventsScheme<S>,
-}
-
-impl<S: Geometry> Default for Schemes<S> {
-    fn default() -> Self {
-        Schemes { ran: Scheme::default(), fixed_step: FixedStep::default(), events: EventsScheme::default() }
-    }
-}
-
-impl<S: Geometry> Schemes<S> {
-    /// The last step's contact problem, its impulses, and the touch of each contact.
-    fn contact(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
-        match self.ran {
-            Scheme::FixedStep => {
-                let s = &self.fixed_step;
-                (&s.problem, &s.impulses, &s.pressed)
-            }
-            Scheme::Events => {
-                let s = &self.events;
-                (&s.problem, &s.impulses, &s.pressed)
-            }
-        }
-    }
-    /// The last step's impacts.
-    fn impacts(&self) -> &Impacts<S> {
-        match self.ran {
-            Scheme::FixedStep => &self.fixed_step.impacts,
-            Scheme::Events => &self.events.impacts,
-        }
-    }
-    /// The solve that the last step was refused for.
-    fn take_failed(&mut self) -> Option<SolveReport> {
-        match self.ran {
-            Scheme::FixedStep => self.fixed_step.failed.take(),
-            Scheme::Events => self.events.failed.take(),
-        }
-    }
 }
 
 impl<S: Geometry> World<S> {
@@ -293,18 +248,12 @@ impl<S: Geometry> World<S> {
     /// Applied loads of the last step on each body, their mean over the step; entries of bodies that forces do not
     /// move mean nothing.
     pub fn last_loads(&self) -> &[Wrench<S>] {
-        match self.schemes.ran {
-            Scheme::FixedStep => &self.schemes.fixed_step.loads,
-            Scheme::Events => &self.schemes.events.loads,
-        }
+        self.schemes.loads()
     }
     /// How far the last step's position correction moved \[m\] and turned \[rad\] each body; empty when it moved none,
     /// and for the scheme with events, which projects within its step.
     pub fn last_correction(&self) -> &[Twist<S>] {
-        match self.schemes.ran {
-            Scheme::FixedStep => &self.schemes.fixed_step.correction.moved,
-            Scheme::Events => &[],
-        }
+        self.schemes.correction()
     }
     /// The problem that a step of length `dt` \[s\] would solve from here. The world does not change, but its
     /// force fields are asked as in a step.

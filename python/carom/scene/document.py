@@ -119,7 +119,7 @@ class SettingsCommon(Strict):
         default=None, description='How overlap is removed; "split_impulse" when absent.'
     )
     correction_fraction: Fraction | None = Field(
-        default=None, description="Fraction of the overlap removed in a step [1]; 0.2 when absent."
+        default=None, description="Fraction of the overlap removed in a step [1]; 0.05 when absent."
     )
     correction_slop: NotNegative | None = Field(
         default=None,

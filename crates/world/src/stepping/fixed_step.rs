@@ -17,15 +17,15 @@ use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
 use crate::settings::{OnInaccurate, Settings};
-use crate::stepping::{Outside, SchemeReport, damp, make_solver};
+use crate::stepping::{Chosen, Outside, SchemeReport, choose_solver, damp};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
-use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolverKind, Stop, Twist, Watch};
+use carom_solver::{ContactProblem, Impulses, Stop, Twist, Watch};
 
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
 pub struct FixedStep<S: Geometry> {
-    solver: Option<(SolverKind, bool, Box<dyn ImpulseSolver<S>>)>,
+    solver: Chosen<S>,
     /// The solve that a step was refused for.
     pub failed: Option<SolveReport>,
     /// The impacts of the last step.
@@ -110,7 +110,7 @@ impl<S: Geometry> FixedStep<S> {
     ) -> Result<SchemeReport, StepError> {
         let mut report = SchemeReport::default();
         let limits = thresholds(settings, bodies, step.dt);
-        self.choose_solver(settings);
+        choose_solver(&mut self.solver, settings);
 
         report.impact_solve = self.impact(bodies, touches, settings, &limits, &mut report.ledger, watch);
         self.impacts.check(bodies, settings, step.time)?;
@@ -130,13 +130,6 @@ impl<S: Geometry> FixedStep<S> {
         self.correct(bodies, touches, settings, &limits, step, &mut report.ledger);
         warm.store(&self.problem, &self.impulses, step.dt);
         Ok(report)
-    }
-
-    fn choose_solver(&mut self, settings: &Settings<S>) {
-        let (kind, escalates) = (settings.solver_kind(), settings.on_inaccurate == OnInaccurate::Escalate);
-        if self.solver.as_ref().is_none_or(|(k, e, _)| (*k, *e) != (kind, escalates)) {
-            self.solver = Some((kind, escalates, make_solver(kind, escalates)));
-        }
     }
 
     /// Ends the step when a solve was refused or interrupted, or is less accurate than the settings demand.

@@ -2,11 +2,13 @@
 
 pub mod events;
 pub mod fixed_step;
+pub mod schemes;
 
 use crate::bodies::Bodies;
 use crate::integrate::Loads;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
+use crate::settings::{OnInaccurate, Settings};
 use carom_geometry::Geometry;
 use carom_solver::methods::ladder::Ladder;
 use carom_solver::{ImpulseSolver, SolverKind, Watch};
@@ -60,8 +62,19 @@ pub(crate) fn damp<S: Geometry>(bodies: &mut Bodies<S>, time: f64, ledger: &mut 
     }
 }
 
+/// A scheme's solver, what it was made for beside it.
+pub(crate) type Chosen<S> = Option<(SolverKind, bool, Box<dyn ImpulseSolver<S>>)>;
+
+/// Makes the solver that the settings ask for, unless it is there.
+pub(crate) fn choose_solver<S: Geometry>(chosen: &mut Chosen<S>, settings: &Settings<S>) {
+    let (kind, escalates) = (settings.solver_kind(), settings.on_inaccurate == OnInaccurate::Escalate);
+    if chosen.as_ref().is_none_or(|(k, e, _)| (*k, *e) != (kind, escalates)) {
+        *chosen = Some((kind, escalates, make_solver(kind, escalates)));
+    }
+}
+
 /// The solver of both of a step's problems: alone, island by island, or with the stronger ones above it.
-pub(crate) fn make_solver<S: Geometry>(kind: SolverKind, escalates: bool) -> Box<dyn ImpulseSolver<S>> {
+fn make_solver<S: Geometry>(kind: SolverKind, escalates: bool) -> Box<dyn ImpulseSolver<S>> {
     if escalates && !kind.stronger().is_empty() {
         let kinds: Vec<SolverKind> = std::iter::once(kind).chain(kind.stronger().iter().copied()).collect();
         Box::new(Ladder::new(kind.name(), &kinds))

@@ -56,8 +56,9 @@ impl<S: Geometry> Candidates<S> {
         self.movable.clear();
         for (i, d) in bodies.data.iter().enumerate() {
             let Some(collider) = &d.collider else { continue };
-            let margin = reaches[i] + limits.touching(d, d).min(f64::MAX);
-            let margin = if d.inverse_mass > 0.0 { margin } else { reaches[i] };
+            // pairs touch by the smaller body's size: an obstacle adds nothing
+            let touching = if d.inverse_mass > 0.0 { limits.touching(d, d) } else { 0.0 };
+            let margin = reaches[i] + touching;
             self.bounds.push(S::bounds(collider, &bodies.shape_pose(i), margin));
             self.indices.push(i);
             self.movable.push(d.inverse_mass > 0.0);

@@ -6,7 +6,7 @@ use super::together::{Halt, Together, Tools};
 use crate::assembly;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
-use carom_math::{Column, Inertia};
+use carom_math::Column;
 use carom_solver::{ContactProblem, Impulses, Twist};
 
 impl<S: Geometry> Together<'_, S> {
@@ -15,7 +15,7 @@ impl<S: Geometry> Together<'_, S> {
         let touches = self.within_reach();
         let before = self.twists();
         let closing = |t: &Touch<S>| -t.gap.max(0.0) / time;
-        self.impulse(&touches, &before.clone(), before, 0.0, &closing, tools)?;
+        self.impulse(&touches, &before, before.clone(), 0.0, &closing, tools)?;
         let start = self.bodies.motion.clone();
         let before = self.twists();
         let free = self.loaded(&before, time);
@@ -87,16 +87,7 @@ impl<S: Geometry> Together<'_, S> {
         assembly::contact_work(&self.bodies, &problem, &impulses, &before, &after, book, &mut driven);
         self.ledger.fallback += work;
         self.ledger.driven += driven.driven;
-        for i in (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)) {
-            let d = &self.bodies.data[i];
-            let way = (before[i].linear + after[i].linear) * (0.5 * time);
-            self.ledger.gravity += d.mass_properties.mass * self.settings.gravity.dot(way);
-            self.ledger.applied += self.wrenches[i].force.dot(way);
-            if d.inverse_inertia != S::Inertia::ZERO {
-                let turn = (before[i].angular + after[i].angular) * (0.5 * time);
-                self.ledger.applied += self.wrenches[i].torque.dot(turn);
-            }
-        }
+        self.book_loads(&before, &after, time);
         assembly::write_back(&mut self.bodies, &after);
         Ok(())
     }

@@ -213,6 +213,19 @@ impl<S: Geometry> Together<'_, S> {
         after: &[Twist<S>],
         time: f64,
     ) {
+        self.book_loads(before, after, time);
+        let (mut normal, mut friction) = (0.0, 0.0);
+        let both = |_: usize, n: f64, t: f64| {
+            normal += n;
+            friction += t;
+        };
+        assembly::contact_work(&self.bodies, problem, impulses, before, after, both, &mut self.ledger);
+        self.ledger.contact_normal += normal;
+        self.ledger.friction += friction;
+    }
+
+    /// Works of gravity and loads over a time, by the mean of two sets of velocities.
+    pub fn book_loads(&mut self, before: &[Twist<S>], after: &[Twist<S>], time: f64) {
         let ledger = &mut self.ledger;
         for i in (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)) {
             let d = &self.bodies.data[i];
@@ -224,14 +237,6 @@ impl<S: Geometry> Together<'_, S> {
                 ledger.applied += self.wrenches[i].torque.dot(turn);
             }
         }
-        let (mut normal, mut friction) = (0.0, 0.0);
-        let both = |_: usize, n: f64, t: f64| {
-            normal += n;
-            friction += t;
-        };
-        assembly::contact_work(&self.bodies, problem, impulses, before, after, both, ledger);
-        ledger.contact_normal += normal;
-        ledger.friction += friction;
     }
 
     /// Places and velocities at the end.

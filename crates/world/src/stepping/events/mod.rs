@@ -7,6 +7,7 @@
 mod arrival;
 mod candidates;
 mod contacts;
+mod ending;
 mod fallback;
 mod flow;
 mod limits;
@@ -25,13 +26,13 @@ use crate::narrow_phase::Touch;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
-use crate::stepping::{Outside, SchemeReport, damp, make_solver};
+use crate::stepping::{Chosen, Outside, SchemeReport, choose_solver, damp};
 use crate::warm_start::WarmStart;
 use arrival::Arrivals;
 use candidates::{Candidates, reaches};
 use carom_geometry::Geometry;
 use carom_math::Column;
-use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, SolverKind, Watch};
+use carom_solver::{ContactProblem, Impulse, Impulses, Watch};
 use limits::Limits;
 use timeline::{Common, Island, Timeline};
 use together::{Halt, LastFlow, Refusal, Tools};
@@ -41,7 +42,7 @@ const AGAIN: usize = 40;
 
 /// Memory of the scheme: nothing in it changes an answer.
 pub struct EventsScheme<S: Geometry> {
-    solver: Option<(SolverKind, bool, Box<dyn ImpulseSolver<S>>)>,
+    solver: Chosen<S>,
     candidates: Candidates<S>,
     arrivals: Arrivals<S>,
     /// The solve that a step was refused for.
@@ -100,7 +101,7 @@ impl<S: Geometry> EventsScheme<S> {
         Outside { loads, watch }: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
-        self.choose_solver(settings);
+        choose_solver(&mut self.solver, settings);
         let mut report = SchemeReport::default();
         damp(bodies, 0.5 * step.dt, &mut report.ledger);
         let wrenches = half_way_loads(bodies, step, loads)?;
@@ -117,13 +118,6 @@ impl<S: Geometry> EventsScheme<S> {
         damp(bodies, 0.5 * step.dt, &mut report.ledger);
         self.judge(&report, settings, step.time)?;
         Ok(report)
-    }
-
-    fn choose_solver(&mut self, settings: &Settings<S>) {
-        let (kind, escalates) = (settings.solver_kind(), settings.on_inaccurate == OnInaccurate::Escalate);
-        if self.solver.as_ref().is_none_or(|(k, e, _)| (*k, *e) != (kind, escalates)) {
-            self.solver = Some((kind, escalates, make_solver(kind, escalates)));
-        }
     }
 
     /// Takes the step; again with larger reaches where a body outgrew its own.

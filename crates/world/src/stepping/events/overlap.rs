@@ -6,9 +6,10 @@ use super::together::{Halt, Together, Tools};
 use crate::assembly;
 use crate::integrate::set_spin_momentum;
 use crate::observe::energy::Energy;
+use crate::observe::report::SolveReport;
 use carom_geometry::Geometry;
 use carom_math::{Column, Rotation};
-use carom_solver::{ContactProblem, Impulses, SolveSettings, Stop, Twist};
+use carom_solver::{ContactProblem, Impulses, SolveSettings, Twist};
 
 /// Gauss-Newton rounds; each squares what is left.
 const ROUNDS: usize = 8;
@@ -60,13 +61,10 @@ impl<S: Geometry> Together<'_, S> {
             contact.friction = 0.0;
             problem.contacts.push(contact);
         }
-        // the bodies in the way of a driven wall do not move with it here
         let mut impulses = Impulses::zero(&problem);
         let solve = SolveSettings { tolerance: 1e-6 * deepest, ..self.settings.solve() };
         let outcome = tools.solver.solve_watched(&problem, &solve, &mut impulses, tools.watch);
-        if matches!(outcome.stop, Stop::Refused(_)) {
-            return Ok(());
-        }
+        self.unless_refused(SolveReport::new(outcome, touches.len(), None), "contact")?;
         for (i, v) in problem.velocities_after(&impulses).iter().enumerate() {
             self.bodies.motion.position[i] += v.linear;
             if v.angular != S::Spin::ZERO {

@@ -53,15 +53,15 @@ pub struct Island<S: Geometry> {
     pub members: Vec<usize>,
     pub(super) begin: f64,
     pub(super) until: f64,
-    start: Motion<S>,
+    pub(super) start: Motion<S>,
     /// Motion at `until`.
     pub end: Motion<S>,
     pub(super) active: Active<S>,
-    stick: Stick,
-    before: Option<Vec<u64>>,
+    pub(super) stick: Stick,
+    pub(super) before: Option<Vec<u64>>,
     /// Lines of the flow.
-    ledger: Ledger,
-    worst: Option<SolveReport>,
+    pub(super) ledger: Ledger,
+    pub(super) worst: Option<SolveReport>,
     /// Forces of the flow.
     pub forces: Option<WarmStart<S>>,
     /// Contacts that pressed in it.
@@ -69,9 +69,9 @@ pub struct Island<S: Geometry> {
     /// Its problem and impulses.
     pub last: LastFlow<S>,
     /// Events of its bodies so far, and stops of slips among them.
-    events: usize,
-    stops: usize,
-    stopping: bool,
+    pub(super) events: usize,
+    pub(super) stops: usize,
+    pub(super) stopping: bool,
 }
 
 /// What islands that meet bring along.
@@ -102,7 +102,7 @@ enum Kind {
 /// A step in the making.
 pub struct Timeline<'a, 'w, S: Geometry> {
     pub(super) common: &'a Common<'a, S>,
-    tools: Tools<'a, 'w, S>,
+    pub(super) tools: Tools<'a, 'w, S>,
     /// Each body as it was when its flow began.
     pub(super) bodies: &'a mut Bodies<S>,
     pub(super) ways: Vec<Way<S>>,
@@ -110,8 +110,8 @@ pub struct Timeline<'a, 'w, S: Geometry> {
     pub islands: Vec<Option<Island<S>>>,
     pub(super) island_of: Vec<usize>,
     queue: BinaryHeap<Reverse<Entry>>,
-    versions: Vec<u64>,
-    slots: Vec<usize>,
+    pub(super) versions: Vec<u64>,
+    pub(super) slots: Vec<usize>,
     /// Lines of all flows and impacts.
     pub ledger: Ledger,
     /// What happened.
@@ -217,7 +217,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     }
 
     /// Movable bodies that are at a moment, and the obstacles near them, as a set of their own.
-    fn gather(&mut self, movers: &[usize], moment: f64) -> Together<'a, S> {
+    pub(super) fn gather(&mut self, movers: &[usize], moment: f64) -> Together<'a, S> {
         let candidates = self.common.candidates;
         let mut members = movers.to_vec();
         for &i in movers {
@@ -307,7 +307,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     }
 
     /// Takes over what has been done with a set: its motion, its lines, its reports.
-    fn keep(&mut self, at: &Together<S>) {
+    pub(super) fn keep(&mut self, at: &Together<S>) {
         for (k, &i) in at.members.iter().enumerate() {
             if self.bodies.is_dynamic(i) {
                 self.bodies.motion.position[i] = at.bodies.motion.position[k];
@@ -545,144 +545,6 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             let pause = if later { PAUSE * self.common.limits.dt } else { 0.0 };
             self.foresee(pair, moment + pause);
         }
-    }
-
-    /// Brings all bodies that some may meet, directly or through others, to a moment; gives all of them.
-    fn bring_reachable(&mut self, moment: f64, movers: &[usize]) -> Result<Vec<usize>, Halt> {
-        let candidates = self.common.candidates;
-        let mut all = movers.to_vec();
-        let mut inside = vec![false; self.bodies.len()];
-        movers.iter().for_each(|&i| inside[i] = true);
-        let mut next = 0;
-        while next < all.len() {
-            let i = all[next];
-            next += 1;
-            let mut near: Vec<usize> = Vec::new();
-            let k = self.island_of[i];
-            if self.islands[k].is_some() {
-                let at = self.at_moment(k, moment)?;
-                self.keep(&at);
-                self.islands[k] = None;
-                near.extend(at.members);
-            }
-            for &p in candidates.of_body(i) {
-                let (a, b) = candidates.pairs[p];
-                near.extend([a, b]);
-            }
-            for m in near {
-                if self.bodies.is_dynamic(m) && !std::mem::replace(&mut inside[m], true) {
-                    all.push(m);
-                }
-            }
-        }
-        all.sort_unstable();
-        Ok(all)
-    }
-
-    /// Takes the rest of the step at once for all bodies that some may meet.
-    fn cut_short(&mut self, moment: f64, movers: &[usize]) -> Result<(), Halt> {
-        let candidates = self.common.candidates;
-        let all = self.bring_reachable(moment, movers)?;
-        let mut at = self.gather(&all, moment);
-        let start = at.bodies.motion.clone();
-        at.fall_back(self.common.limits.dt - moment, &mut self.tools)?;
-        self.check_reach(&at)?;
-        let dt = self.common.limits.dt;
-        let number = self.islands.len();
-        for (k, &i) in at.members.iter().enumerate() {
-            if self.bodies.is_dynamic(i) {
-                let (s, e) = (state(&start, k), state(&at.bodies.motion, k));
-                self.ways[i] = Way::between(moment, dt, &s, &e, 0.0);
-                self.island_of[i] = number;
-                for &p in candidates.of_body(i) {
-                    self.versions[p] += 1;
-                }
-            }
-        }
-        self.events.add(&at.events);
-        self.events.capped += 1;
-        let [worst, _] = at.worst;
-        self.islands.push(Some(Island {
-            begin: moment,
-            until: dt,
-            start,
-            end: at.bodies.motion,
-            members: at.members,
-            active: Active { touches: Vec::new(), names: Vec::new(), fresh: Vec::new() },
-            stick: Stick::Mean,
-            before: None,
-            ledger: at.ledger,
-            worst,
-            forces: None,
-            pressed: at.pressed,
-            last: at.last,
-            events: 0,
-            stops: 0,
-            stopping: false,
-        }));
-        Ok(())
-    }
-
-    /// All islands are at the step's end: overlaps are removed, and everything is taken over.
-    fn finish(&mut self) -> Result<(), Halt> {
-        for k in 0..self.islands.len() {
-            if self.islands[k].is_some() {
-                let at = self.at_moment(k, self.common.limits.dt)?;
-                self.check_reach(&at)?;
-                self.keep(&at);
-            }
-        }
-        let movers: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
-        let mut deep = vec![false; self.bodies.len()];
-        self.overlapping(&mut deep);
-        if deep.contains(&true) {
-            let mut at = self.gather(&movers, self.common.limits.dt);
-            at.project(&mut self.tools)?;
-            self.keep(&at);
-        }
-        Ok(())
-    }
-
-    /// Marks the bodies that overlap beyond the limits at the step's end.
-    fn overlapping(&self, deep: &mut [bool]) {
-        let mut points = Vec::new();
-        let end = self.common.limits.dt;
-        for &(a, b) in &self.common.candidates.pairs {
-            let (da, db) = (&self.bodies.data[a], &self.bodies.data[b]);
-            let (Some(ca), Some(cb)) = (&da.collider, &db.collider) else { continue };
-            points.clear();
-            let place = |i: usize| {
-                if self.bodies.is_dynamic(i) {
-                    return self.bodies.shape_pose(i);
-                }
-                let s = self.ways[i].at(end);
-                carom_math::Pose::new(s.position, s.rotation)
-            };
-            S::contacts(ca, &place(a), cb, &place(b), 0.0, &mut points);
-            if points.iter().any(|p| -p.gap > self.common.limits.overlap(da, db)) {
-                (deep[a], deep[b]) = (true, true);
-            }
-        }
-    }
-
-    /// Refuses to go on when a body has left its reach.
-    fn check_reach(&self, at: &Together<S>) -> Result<(), Halt> {
-        let (m, origin) = (&at.bodies.motion, &self.common.origin);
-        for (k, &i) in at.members.iter().enumerate() {
-            let d = &self.bodies.data[i];
-            if d.collider.is_none() || !self.bodies.is_dynamic(i) {
-                continue;
-            }
-            let mut way = (m.position[k] - origin.position[i]).norm();
-            if d.turning_arm > 0.0 && m.rotation[k] != origin.rotation[i] {
-                let turn = origin.rotation[i].inverse().then(&m.rotation[k]).vector().norm();
-                way += d.turning_arm * turn;
-            }
-            if way > self.common.reaches[i] + self.common.limits.touching(d, d) {
-                return Err(Halt::Outgrown(i));
-            }
-        }
-        Ok(())
     }
 }
 

@@ -14,7 +14,9 @@ use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::Settings;
 use crate::warm_start::WarmStart;
 use carom_geometry::{ContactPoint, Geometry};
-use carom_solver::{ContactProblem, ImpulseSolver, Impulses, SolveSettings, Stop, Twist, Watch};
+use carom_solver::{
+    ContactProblem, ImpulseChoice, ImpulseSolver, Impulses, SolveSettings, Stop, Twist, Watch,
+};
 
 /// Bodies at one moment of the step, to be struck, moved and looked at together.
 pub struct Together<'a, S: Geometry> {
@@ -201,23 +203,13 @@ impl<S: Geometry> Together<'_, S> {
             // entries are those of a problem that is gone when the step is over
             (island.first_body, island.worst) = (self.members[island.first_body], None);
         }
-        if report.residual <= self.settings.tolerance && report.stop != Stop::Interrupted {
+        let spent = matches!(report.stop, Stop::OutOfIterations | Stop::OutOfFactorisations);
+        let any = self.settings.impulses == ImpulseChoice::Any;
+        if spent && any && report.residual <= self.settings.tolerance {
             // within what was asked for, if not within what the scheme aimed at
             report.stop = Stop::Converged;
         }
-        let contacts = report.contacts;
-        let (solver, time) = (self.settings.solver_kind().name(), self.time);
-        let error = match &report.stop {
-            Stop::Interrupted => Some(StepError::Interrupted { phase: name, contacts, time }),
-            Stop::Refused(reason) => {
-                let reason = reason.clone();
-                Some(StepError::SolverRefused { solver, phase: name, contacts, reason, time })
-            }
-            _ => None,
-        };
-        if let Some(error) = error {
-            return Err(Halt::Refused(Box::new(Refusal { error, solve: Some(report) })));
-        }
+        let report = self.unless_refused(report, name)?;
         let iterations = report.iterations + self.worst[phase].as_ref().map_or(0, |w| w.iterations);
         let worse = self.worst[phase].as_ref().is_none_or(|w| report.residual >= w.residual);
         if worse {
@@ -227,5 +219,19 @@ impl<S: Geometry> Together<'_, S> {
             kept.iterations = iterations;
         }
         Ok(())
+    }
+
+    /// A solve's report, unless the solver refused or was interrupted: then the step ends.
+    pub fn unless_refused(&self, report: SolveReport, phase: &'static str) -> Result<SolveReport, Halt> {
+        let (contacts, time) = (report.contacts, self.time);
+        let error = match &report.stop {
+            Stop::Interrupted => StepError::Interrupted { phase, contacts, time },
+            Stop::Refused(reason) => {
+                let (solver, reason) = (self.settings.solver_kind().name(), reason.clone());
+                StepError::SolverRefused { solver, phase, contacts, reason, time }
+            }
+            _ => return Ok(report),
+        };
+        Err(Halt::Refused(Box::new(Refusal { error, solve: Some(report) })))
     }
 }

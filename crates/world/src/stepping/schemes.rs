@@ -1,0 +1,70 @@
+//! The schemes side by side, and what the one that took the last step left behind. Knows no world.
+
+use crate::force::Wrench;
+use crate::impact::Impacts;
+use crate::observe::report::SolveReport;
+use crate::settings::Scheme;
+use crate::stepping::events::EventsScheme;
+use crate::stepping::fixed_step::FixedStep;
+use carom_geometry::Geometry;
+use carom_solver::{ContactProblem, Impulses, Twist};
+
+/// The schemes' memories, and which of them took the last step.
+pub struct Schemes<S: Geometry> {
+    /// Which took the last step.
+    pub ran: Scheme,
+    /// Steps of a fixed length.
+    pub fixed_step: FixedStep<S>,
+    /// Steps with events inside them.
+    pub events: EventsScheme<S>,
+}
+
+impl<S: Geometry> Default for Schemes<S> {
+    fn default() -> Self {
+        Schemes { ran: Scheme::default(), fixed_step: FixedStep::default(), events: EventsScheme::default() }
+    }
+}
+
+impl<S: Geometry> Schemes<S> {
+    /// The last step's contact problem, its impulses, and the touch of each contact.
+    pub fn contact(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
+        match self.ran {
+            Scheme::FixedStep => {
+                let s = &self.fixed_step;
+                (&s.problem, &s.impulses, &s.pressed)
+            }
+            Scheme::Events => {
+                let s = &self.events;
+                (&s.problem, &s.impulses, &s.pressed)
+            }
+        }
+    }
+    /// The last step's impacts.
+    pub fn impacts(&self) -> &Impacts<S> {
+        match self.ran {
+            Scheme::FixedStep => &self.fixed_step.impacts,
+            Scheme::Events => &self.events.impacts,
+        }
+    }
+    /// The solve that the last step was refused for.
+    pub fn take_failed(&mut self) -> Option<SolveReport> {
+        match self.ran {
+            Scheme::FixedStep => self.fixed_step.failed.take(),
+            Scheme::Events => self.events.failed.take(),
+        }
+    }
+    /// Applied loads of the last step on each body.
+    pub fn loads(&self) -> &[Wrench<S>] {
+        match self.ran {
+            Scheme::FixedStep => &self.fixed_step.loads,
+            Scheme::Events => &self.events.loads,
+        }
+    }
+    /// How far the last step's position correction moved and turned each body; empty where there was none.
+    pub fn correction(&self) -> &[Twist<S>] {
+        match self.ran {
+            Scheme::FixedStep => &self.fixed_step.correction.moved,
+            Scheme::Events => &[],
+        }
+    }
+}
