@@ -69,12 +69,14 @@ bench:
 	$(CARGO) run --release --locked --manifest-path crates/bench/Cargo.toml --
 
 # rolling, bouncing, cubes of balls: minutes; STEPS=1e-4,1e-3 asks for other step lengths, TASKS=666,bouncing for some
-# tasks alone. It ends with 1 when a run with events misses a demand, and writes its results all the same.
+# tasks alone, SCHEMES=events,events_within_the_step,fixed_step for some ways. It ends with 1 when a run with events misses a demand, and writes its results all the same.
 STEPS ?=
 TASKS ?=
+SCHEMES ?=
 simbenchmark:
 	$(CARGO) run --quiet --release --locked --package carom-scenes --bin simbenchmark -- --out crates/bench/results \
-	  $(if $(STEPS),--dt $(STEPS)) $(if $(TASKS),--tasks $(TASKS))
+	  $(if $(STEPS),--dt $(STEPS)) $(if $(TASKS),--tasks $(TASKS)) \
+	  $(if $(SCHEMES),--schemes $(SCHEMES))
 
 # contact solvers on the problems of a folder, beside what can be installed here; CAROM_CONTACT_PROBLEMS names it
 CAROM_CONTACT_PROBLEMS ?= ../shared/contact_problems

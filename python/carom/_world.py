@@ -63,7 +63,7 @@ class World(Judged):
     )
     events: Setting[dict[str, Any]] = Setting(
         'Choices of the scheme "events": touching, rest_speed_factor, tolerance, slip_stops, cap, overlap, '
-        "warm_start; those left out get their defaults."
+        "plastic_arrivals, warm_start; those left out get their defaults."
     )
     solver: Setting[str | None] = Setting(
         'None (default): the scheme\'s own, "pgs" for "fixed_step" and "exact" for "events"; "auto" (sweeps '

@@ -46,6 +46,7 @@ pub use observe::explain::{Explanation, Finding, Topic};
 pub use observe::ledger::Ledger;
 pub use observe::report::{Events, ImpactReport, SolveReport, StepReport};
 pub use settings::{
-    EnergyGuard, EventSettings, ImpactLaw, OnInaccurate, PositionCorrection, Scheme, Settings,
+    EnergyGuard, EventSettings, ImpactLaw, OnInaccurate, PlasticArrivals, PositionCorrection, Scheme,
+    Settings,
 };
 pub use world::{Phase, World, World2, World3};

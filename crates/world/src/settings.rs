@@ -40,9 +40,23 @@ pub struct EventSettings {
     pub cap: Option<usize>,
     /// Overlap that is projected away, over the smallest body's size \[1\]. Default 1e-9.
     pub overlap: f64,
+    /// How contacts that stay where they arrive do so. Default at their moment.
+    pub plastic_arrivals: PlasticArrivals,
     /// Start each flow's solve from the forces before. Default false: where more contacts hold a sliding body than it
     /// has freedoms, the start decides which forces act, and the motion inherits the steps before.
     pub warm_start: bool,
+}
+
+/// How contacts without bounce arrive in the scheme with events: restitution 0, or slower than the rest speed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlasticArrivals {
+    /// Each at its moment, as all arrivals: exact.
+    #[default]
+    AtTheirMoment,
+    /// Slowed where the flow begins, so that they arrive at its end: for heaps, where each moment would cost solves.
+    /// First order in the time step, and as strict with overlap and energy.
+    WithinTheStep,
 }
 
 impl Default for EventSettings {
@@ -54,6 +68,7 @@ impl Default for EventSettings {
             slip_stops: 16,
             cap: None,
             overlap: 1e-9,
+            plastic_arrivals: PlasticArrivals::default(),
             warm_start: false,
         }
     }

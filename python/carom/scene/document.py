@@ -35,6 +35,7 @@ Solver = Literal[
 OnInaccurate = Literal["ignore", "warn", "raise", "escalate"]
 ImpactLaw = Literal["generalized_reflections", "newton", "sequential", "moreau", "poisson"]
 EnergyGuard = Literal["warn", "clamp", "raise"]
+PlasticArrivals = Literal["at_their_moment", "within_the_step"]
 Mixing = Literal["min", "max", "mean", "product", "geometric", "harmonic"]
 
 
@@ -62,6 +63,11 @@ class EventSettings(Strict):
     overlap: Fraction | None = Field(
         default=None,
         description="Overlap that is projected away, over the smaller body's size [1]; 1e-9 when absent.",
+    )
+    plastic_arrivals: PlasticArrivals | None = Field(
+        default=None,
+        description='How contacts that do not bounce arrive: "at_their_moment" when absent, or "within_the_step", '
+        "slowed where a flow begins: for heaps.",
     )
     warm_start: Switch | None = Field(
         default=None, description="Whether flows start from the forces before; false when absent."

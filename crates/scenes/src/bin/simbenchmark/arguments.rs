@@ -1,7 +1,7 @@
 //! What the command line asks for.
 
 use crate::task::Task;
-use carom::{EventSettings, Scheme};
+use carom::{EventSettings, PlasticArrivals, Scheme};
 use std::path::PathBuf;
 
 const HELP: &str = "\
@@ -9,7 +9,8 @@ simbenchmark: carom on the tasks of SimBenchmark, beside the published figures
 
   --dt A,B          lengths of steps in s [1e-3,1e-2,1e-1, and 1e-4 for bouncing]
   --tasks A,B       rolling_oblique, rolling_along, bouncing, 666, elastic_666 [all]
-  --schemes A,B     events, fixed_step [both]
+  --schemes A,B     events, events_within_the_step (plastic arrivals without their moments), fixed_step
+                    [events, fixed_step]
   --tolerance X     residual that solves of events aim at, over |g| dt [1e-12, the scheme's default]; at 1e-8 balls at
                     rest creep 1e-11 m into the ground, more than 666 may
   --out FOLDER      folder of the results, FOLDER/MACHINE/simbenchmark.csv [none are written]";
@@ -19,7 +20,7 @@ pub struct Arguments {
     /// The tasks.
     pub tasks: Vec<Task>,
     /// The schemes, in the order they run.
-    pub schemes: Vec<Scheme>,
+    pub schemes: Vec<(Scheme, PlasticArrivals)>,
     /// Folder of the result files.
     pub out: Option<PathBuf>,
     /// Residual that solves of `events` aim at, over |g| dt \[1\].
@@ -35,7 +36,10 @@ impl Arguments {
     pub fn parse(mut words: impl Iterator<Item = String>) -> Result<Self, String> {
         let mut given = Arguments {
             tasks: Task::ALL.to_vec(),
-            schemes: vec![Scheme::Events, Scheme::FixedStep],
+            schemes: vec![
+                (Scheme::Events, PlasticArrivals::AtTheirMoment),
+                (Scheme::FixedStep, PlasticArrivals::AtTheirMoment),
+            ],
             out: None,
             tolerance: EventSettings::default().tolerance,
             steps: None,
@@ -70,10 +74,11 @@ fn step(word: &str) -> Option<f64> {
     word.parse().ok().filter(|dt| *dt > 0.0 && *dt <= 1.0)
 }
 
-fn scheme(word: &str) -> Option<Scheme> {
+fn scheme(word: &str) -> Option<(Scheme, PlasticArrivals)> {
     match word {
-        "events" => Some(Scheme::Events),
-        "fixed_step" => Some(Scheme::FixedStep),
+        "events" => Some((Scheme::Events, PlasticArrivals::AtTheirMoment)),
+        "events_within_the_step" => Some((Scheme::Events, PlasticArrivals::WithinTheStep)),
+        "fixed_step" => Some((Scheme::FixedStep, PlasticArrivals::AtTheirMoment)),
         _ => None,
     }
 }

@@ -25,8 +25,9 @@ fn main() -> ExitCode {
     for &task in &given.tasks {
         println!("{}", results::heading(task));
         for dt in given.steps_of(task) {
-            for &scheme in &given.schemes {
-                let measured = Measurement::of(task, &Choice { scheme, dt, tolerance: given.tolerance });
+            for &(scheme, plastic_arrivals) in &given.schemes {
+                let choice = Choice { scheme, plastic_arrivals, dt, tolerance: given.tolerance };
+                let measured = Measurement::of(task, &choice);
                 println!("{}", results::line(&measured));
                 all.push(measured);
             }

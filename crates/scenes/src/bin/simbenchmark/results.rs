@@ -2,8 +2,8 @@
 
 use crate::measure::Measurement;
 use crate::published;
-use crate::task::Task;
-use carom::Scheme;
+use crate::task::{Choice, Task};
+use carom::{PlasticArrivals, Scheme};
 use std::path::Path;
 
 /// Columns of the file; an empty cell was not measured.
@@ -12,10 +12,11 @@ const COLUMNS: &str = "task,engine,dt,tolerance,steps,error,place_error,overlap,
 /// Step lengths of the published figures \[s\].
 const STEPS: [f64; 4] = [1e-4, 1e-3, 1e-2, 1e-1];
 
-fn engine(scheme: Scheme) -> &'static str {
-    match scheme {
-        Scheme::Events => "carom events",
-        Scheme::FixedStep => "carom fixed_step",
+fn engine(choice: &Choice) -> &'static str {
+    match (choice.scheme, choice.plastic_arrivals) {
+        (Scheme::Events, PlasticArrivals::AtTheirMoment) => "carom events",
+        (Scheme::Events, PlasticArrivals::WithinTheStep) => "carom within",
+        (Scheme::FixedStep, _) => "carom fixed_step",
     }
 }
 
@@ -60,7 +61,7 @@ pub fn line(m: &Measurement) -> String {
     format!(
         "{:>6.0e}  {:<16} {:>9.2e} {:>9} {:>9} {:>9.1e} {:>9.1e} {:>9.1e} {:>8} {:>6} {:>6} {:>9.2}  {}",
         m.choice.dt,
-        engine(m.choice.scheme),
+        engine(&m.choice),
         m.error,
         or_dash(m.place),
         or_dash(m.overlap),
@@ -107,7 +108,7 @@ fn csv(m: &Measurement) -> String {
     format!(
         "{},{},{:e},{},{},{:.4e},{},{},{:.3e},{:.3e},{:.3e},{},{},{},{},{:.3e},{:.3},{}",
         m.task.name(),
-        engine(m.choice.scheme),
+        engine(&m.choice),
         m.choice.dt,
         if m.is_held_to_demands() { format!("{:e}", m.choice.tolerance) } else { String::new() },
         m.steps,

@@ -1,6 +1,6 @@
 //! The tasks: their scenes, how long they run, and which answers are known.
 
-use carom::{BuildError, Scheme, Settings, Spatial, Vec3, World3, vec3};
+use carom::{BuildError, PlasticArrivals, Scheme, Settings, Spatial, Vec3, World3, vec3};
 use carom_scenes::simbenchmark as scenes;
 
 /// A task of the benchmark.
@@ -81,6 +81,7 @@ impl Task {
         let mut settings =
             Settings::<Spatial> { dt: choice.dt, scheme: choice.scheme, ..Settings::default() };
         settings.events.tolerance = choice.tolerance;
+        settings.events.plastic_arrivals = choice.plastic_arrivals;
         match self {
             Task::RollingOblique | Task::RollingAlong => scenes::rolling(self.direction(), settings),
             Task::Bouncing => scenes::bouncing(settings),
@@ -95,6 +96,8 @@ impl Task {
 pub struct Choice {
     /// The scheme.
     pub scheme: Scheme,
+    /// How contacts that do not bounce arrive in `events`.
+    pub plastic_arrivals: PlasticArrivals,
     /// Length of a step \[s\].
     pub dt: f64,
     /// Residual that solves of `events` aim at, over |g| dt \[1\].

@@ -15,6 +15,8 @@ const FRESH: f64 = 1e-3;
 pub struct Active<S: Geometry> {
     /// Their places at its start.
     pub touches: Vec<Touch<S>>,
+    /// How fast the gap of each may close \[m/s\]: 0 for those that have arrived.
+    pub closing: Vec<f64>,
     /// Their names, ascending.
     pub names: Vec<u64>,
     /// Names of those that do not count as pressed after it, so that the next impact may stop them.
@@ -22,13 +24,18 @@ pub struct Active<S: Geometry> {
 }
 
 impl<S: Geometry> Active<S> {
+    /// No contacts.
+    pub fn none() -> Self {
+        Active { touches: Vec::new(), closing: Vec::new(), names: Vec::new(), fresh: Vec::new() }
+    }
     /// The contacts between a part of a set's bodies, in the part's indices; both sets are given by their members.
     pub fn of(&self, members: &[usize], part: &[usize]) -> Active<S> {
         let slot = |i: usize| part.binary_search(&members[i]).ok();
-        let mut mine = Active { touches: Vec::new(), names: Vec::new(), fresh: Vec::new() };
-        for t in &self.touches {
+        let mut mine = Active::none();
+        for (t, closing) in self.touches.iter().zip(&self.closing) {
             if let (Some(a), Some(b)) = (slot(t.a), slot(t.b)) {
                 mine.touches.push(Touch { a, b, ..*t });
+                mine.closing.push(*closing);
                 mine.names.push(t.id);
                 mine.fresh.extend(self.fresh.iter().filter(|id| **id == t.id));
             }
@@ -72,7 +79,7 @@ impl<S: Geometry> Together<'_, S> {
     }
 
     /// True for a contact that has arrived and must not go on as it does.
-    fn strikes(&self, t: &Touch<S>) -> bool {
+    pub fn strikes(&self, t: &Touch<S>) -> bool {
         let u = normal_velocity(&self.bodies, t);
         if self.has_pressed(t.id) {
             // what the mean-velocity law leaves on curved ways is no impact
@@ -122,7 +129,7 @@ impl<S: Geometry> Together<'_, S> {
 
     /// The contacts that persist from here.
     pub fn persisting(&self, touches: &[Touch<S>]) -> Active<S> {
-        let mut active = Active { touches: Vec::new(), names: Vec::new(), fresh: Vec::new() };
+        let mut active = Active::none();
         let still = self.limits.still_speed;
         for t in touches {
             let u = normal_velocity(&self.bodies, t);
@@ -137,6 +144,7 @@ impl<S: Geometry> Together<'_, S> {
             }
             active.names.push(t.id);
             active.touches.push(*t);
+            active.closing.push(0.0);
         }
         active.names.sort_unstable();
         active

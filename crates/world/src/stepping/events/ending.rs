@@ -21,6 +21,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             let i = all[next];
             next += 1;
             let mut near: Vec<usize> = Vec::new();
+            self.set_apart(i)?;
             let k = self.island_of[i];
             if self.islands[k].is_some() {
                 let at = self.at_moment(k, moment)?;
@@ -71,7 +72,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             start,
             end: at.bodies.motion,
             members: at.members,
-            active: Active { touches: Vec::new(), names: Vec::new(), fresh: Vec::new() },
+            active: Active::none(),
             stick: Stick::Mean,
             before: None,
             ledger: at.ledger,
@@ -82,6 +83,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             events: 0,
             stops: 0,
             stopping: false,
+            islands: 1,
         }));
         Ok(())
     }

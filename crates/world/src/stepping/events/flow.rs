@@ -4,6 +4,7 @@
 //! solver has the velocities v- + v+ without impulses, twice the mean: its end velocities are u- + u+. Places and
 //! velocities depend on each other over xbar; rounds of both settle at once on flat ground.
 
+use super::contacts::Active;
 use super::limits::Limits;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
@@ -46,12 +47,12 @@ impl<S: Geometry> Together<'_, S> {
     pub fn flow(
         &mut self,
         time: f64,
-        active: &[Touch<S>],
-        fresh: &[u64],
+        active: &Active<S>,
         stick: Stick,
         tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
         let start = self.bodies.motion.clone();
+        let Active { touches: active, closing, fresh, .. } = active;
         let approaches: Vec<f64> = active.iter().map(|t| normal_velocity(&self.bodies, t)).collect();
         self.turn(0.5 * time);
         let before = self.twists();
@@ -64,17 +65,20 @@ impl<S: Geometry> Together<'_, S> {
         let mut last = LastFlow { time, ..std::mem::take(&mut self.last) };
         last.problem.contacts.clear();
         let mut touches: Vec<Touch<S>> = Vec::new();
+        let mut targets: Vec<f64> = closing.iter().map(|c| -2.0 * c).collect();
+        let corners = closing.iter().any(|c| *c > 0.0) && self.turns_on_corners(active);
+        let mut kept = true;
         for round in 0..ROUNDS {
             for i in 0..self.bodies.len() {
                 let mean = (before[i].linear + after[i].linear) * 0.5;
                 self.bodies.motion.position[i] = start.position[i] + mean * (0.5 * time);
             }
             let at_mean = self.at_mean(active, &start.position);
-            if round > 0 && self.settled(&touches, &at_mean, &last.problem) {
+            if round > 0 && kept && self.settled(&touches, &at_mean, &last.problem) {
                 break;
             }
             touches = at_mean;
-            self.assemble(&touches, &before, &free, stick, &mut last.problem);
+            self.assemble(&touches, &targets, &before, &free, stick, &mut last.problem);
             last.impulses.fit(&last.problem);
             if round == 0 && self.settings.events.warm_start {
                 last.impulses.reset(&last.problem);
@@ -90,11 +94,24 @@ impl<S: Geometry> Together<'_, S> {
             if active.is_empty() {
                 break;
             }
+            if corners {
+                let mean = self.bodies.motion.clone();
+                self.bring_to_end(&start.position, &before, &after, time);
+                let gaps = self.gaps_of(active);
+                self.bodies.motion.copy_from(&mean);
+                kept = self.keep_gaps(
+                    &last.problem,
+                    (&before, &after),
+                    (active, closing, &gaps),
+                    time,
+                    &mut targets,
+                );
+            }
         }
         last.touches = touches;
         self.book(&last.problem, &last.impulses, &before, &after, time);
         self.finish(&start.position, &before, &after, time);
-        let mut new = fresh.to_vec();
+        let mut new = fresh.clone();
         for (c, u) in last.problem.contacts.iter().zip(approaches) {
             if flips(u, c.relative_velocity(&before).0, self.limits) {
                 new.push(c.id);
@@ -181,6 +198,7 @@ impl<S: Geometry> Together<'_, S> {
     fn assemble(
         &self,
         touches: &[Touch<S>],
+        targets: &[f64],
         before: &[Twist<S>],
         free: &[Twist<S>],
         stick: Stick,
@@ -194,10 +212,10 @@ impl<S: Geometry> Together<'_, S> {
                 v.add_scaled(b, 1.0);
             }
         }
-        for t in touches {
-            let mut contact = assembly::contact(&self.bodies, t, 0.0);
+        for (t, target) in touches.iter().zip(targets) {
+            let mut contact = assembly::contact(&self.bodies, t, *target);
             if stick == Stick::End {
-                contact.target = -contact.relative_velocity(before).0;
+                contact.target -= contact.relative_velocity(before).0;
             }
             problem.contacts.push(contact);
             assembly::resist(problem, t);

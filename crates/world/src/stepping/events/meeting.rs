@@ -27,7 +27,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         self.events.arrivals += 1;
         let mut pair = self.common.candidates.pairs[pair];
         let mut id = id;
-        let mut islands = self.islands_of(pair, Vec::new());
+        let mut islands = self.islands_of(pair, Vec::new())?;
         let (mut moment, mut ready) = (due, Vec::new());
         for round in 0..CORRECTIONS {
             ready.clear();
@@ -46,7 +46,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
                 _ => match self.earliest_overlap(&ready, moment, &states) {
                     Some(c) => {
                         (pair, id) = (c.pair, c.id);
-                        islands = self.islands_of(pair, islands);
+                        islands = self.islands_of(pair, islands)?;
                         moment - c.gap / c.speed
                     }
                     None => moment,
@@ -65,11 +65,14 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
     }
 
     /// The islands of a pair's movable bodies, added to others.
-    fn islands_of(&self, (a, b): (usize, usize), mut islands: Vec<usize>) -> Vec<usize> {
-        islands.extend([a, b].iter().map(|&i| self.island_of[i]).filter(|&k| k != NONE));
+    fn islands_of(&mut self, (a, b): (usize, usize), mut islands: Vec<usize>) -> Result<Vec<usize>, Halt> {
+        for i in [a, b] {
+            self.set_apart(i)?;
+            islands.extend(Some(self.island_of[i]).filter(|&k| k != NONE));
+        }
         islands.sort_unstable();
         islands.dedup();
-        islands
+        Ok(islands)
     }
 
     /// True for islands whose ways are exact: without contacts, and nothing that tumbles.

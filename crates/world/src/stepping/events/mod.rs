@@ -4,15 +4,18 @@
 //! contacts join move together, others apart. What it does not do: find the moment at which a contact that holds
 //! begins to slip, for nothing jumps there.
 
+mod ahead;
 mod arrival;
 mod candidates;
 mod contacts;
 mod ending;
 mod fallback;
 mod flow;
+mod gaps;
 mod limits;
 mod meeting;
 mod overlap;
+mod quiet;
 mod slipping;
 mod timeline;
 mod together;
@@ -201,7 +204,7 @@ impl<S: Geometry> EventsScheme<S> {
         report.impacts = done.struck;
         [report.contact_solve, report.impact_solve] = done.worst;
         for island in done.islands.into_iter().flatten() {
-            report.events.islands += 1;
+            report.events.islands += island.islands;
             warm.take_over(island.forces.unwrap_or_default(), island.pressed.unwrap_or_default());
             merge(&mut self.problem, &mut self.impulses, &mut self.touches, &island.last, &island.members);
         }

@@ -46,22 +46,28 @@ impl<S: Geometry> Together<'_, S> {
         time: f64,
         tools: &mut Tools<S>,
     ) -> Result<Option<f64>, Halt> {
-        if active.touches.iter().all(|t| t.friction == 0.0) {
+        if !self.turns_slips(start, active) {
             return Ok(None);
         }
-        let end = self.save();
-        let last = self.last.clone();
+        let (end, last) = (self.save(), self.last.clone());
         self.restore(start);
         let slips = self.slips(active);
-        self.restore(&end);
-        let found = if slips.iter().any(|s| self.along(s) <= STOPPED * s.speed) {
-            self.seek(start, active, &slips, time, tools)?
-        } else {
-            None
-        };
+        let found = self.seek(start, active, &slips, time, tools)?;
         self.restore(&end);
         self.last = last;
         Ok(found)
+    }
+
+    /// True when a slip comes to its stop, or turns, within a flow that has just been taken from `start`.
+    pub fn turns_slips(&mut self, start: &Saved<S>, active: &Active<S>) -> bool {
+        if active.touches.iter().all(|t| t.friction == 0.0) {
+            return false;
+        }
+        let end = self.save();
+        self.restore(start);
+        let slips = self.slips(active);
+        self.restore(&end);
+        slips.iter().any(|s| self.along(s) <= STOPPED * s.speed)
     }
 
     fn slips(&self, active: &Active<S>) -> Vec<Slip<S>> {
@@ -94,7 +100,7 @@ impl<S: Geometry> Together<'_, S> {
         let mut stop = f64::INFINITY;
         for _ in 0..TRIALS {
             self.restore(start);
-            self.flow(trial, &active.touches, &active.fresh, Stick::Mean, tools)?;
+            self.flow(trial, active, Stick::Mean, tools)?;
             let left: Vec<f64> = slips.iter().map(|s| self.along(s)).collect();
             if slips.iter().zip(&left).all(|(s, l)| *l > STOPPED * s.speed) {
                 let moments = slips.iter().zip(&left).filter(|(s, l)| s.speed > **l);
@@ -108,7 +114,7 @@ impl<S: Geometry> Together<'_, S> {
         }
         for _ in 0..CORRECTIONS {
             self.restore(start);
-            self.flow(stop, &active.touches, &active.fresh, Stick::Mean, tools)?;
+            self.flow(stop, active, Stick::Mean, tools)?;
             // the slip that is nearest to its stop there, and what a line through its start says of the rest
             let mut next = f64::INFINITY;
             let mut rest = f64::INFINITY;

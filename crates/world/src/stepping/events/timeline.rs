@@ -8,12 +8,12 @@ use super::candidates::Candidates;
 use super::contacts::Active;
 use super::flow::Stick;
 use super::limits::Limits;
-use super::together::{Halt, LastFlow, Together, Tools};
+use super::together::{Halt, LastFlow, Saved, Together, Tools};
 use crate::bodies::{Bodies, Motion};
 use crate::force::Wrench;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
-use crate::settings::Settings;
+use crate::settings::{PlasticArrivals, Settings};
 use crate::stepping::SchemeReport;
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
@@ -72,6 +72,24 @@ pub struct Island<S: Geometry> {
     pub(super) events: usize,
     pub(super) stops: usize,
     pub(super) stopping: bool,
+    /// Islands that share this flow: 1 but for the quiet ones of a step's start.
+    pub islands: usize,
+}
+
+/// When and how an island flows.
+pub(super) struct Course {
+    pub begin: f64,
+    /// Length \[s\].
+    pub time: f64,
+    pub until: f64,
+    pub stick: Stick,
+    /// Who pressed before.
+    pub before: Option<Vec<u64>>,
+    pub events: usize,
+    pub stops: usize,
+    pub stopping: bool,
+    /// Islands that share it.
+    pub islands: usize,
 }
 
 /// What islands that meet bring along.
@@ -164,36 +182,18 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
                     }
                 }
                 Kind::Meets(pair, id) if self.versions[pair] == entry.version => {
-                    self.arrive(moment, pair, id)?;
+                    let (a, b) = self.common.candidates.pairs[pair];
+                    self.set_apart(a)?;
+                    self.set_apart(b)?;
+                    // an entry of islands that shared a flow is made anew by each of them
+                    if self.versions[pair] == entry.version {
+                        self.arrive(moment, pair, id)?;
+                    }
                 }
                 Kind::Meets(..) => {}
             }
         }
         self.finish()
-    }
-
-    /// Lays out the first flows: of the sets of bodies that touch at the step's start.
-    fn begin(&mut self) -> Result<(), Halt> {
-        let mut all: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
-        let mut sets = Partition::default();
-        sets.reset(self.bodies.len());
-        let mut points = Vec::new();
-        for &(a, b) in &self.common.candidates.pairs {
-            if self.bodies.is_dynamic(a) && self.bodies.is_dynamic(b) && self.touch_at(a, b, 0.0, &mut points)
-            {
-                sets.join(a, b);
-            }
-        }
-        all.sort_by_key(|&i| (sets.root(i), i));
-        for set in all.chunk_by(|&i, &j| sets.root(i) == sets.root(j)) {
-            let mut at = self.gather(set, 0.0);
-            at.project(&mut self.tools)?;
-            self.lay_out(at, 0.0, 0, 0)?;
-        }
-        for pair in 0..self.common.candidates.pairs.len() {
-            self.foresee(pair, 0.0);
-        }
-        Ok(())
     }
 
     /// True when two bodies touch at a moment of their ways.
@@ -280,7 +280,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     }
 
     /// Strikes a set at a moment, splits it into islands, and lays out their flows.
-    fn lay_out(
+    pub(super) fn lay_out(
         &mut self,
         mut at: Together<'a, S>,
         moment: f64,
@@ -289,21 +289,16 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     ) -> Result<(), Halt> {
         let touches = at.touches();
         at.strike(&touches, &mut self.tools)?;
+        let rest = self.common.limits.dt - moment;
+        let ahead = at.brake(&touches, rest, &mut self.tools)?;
         self.keep(&at);
-        let active = at.persisting(&touches);
+        let mut active = at.persisting(&touches);
+        active.expect(ahead, rest);
         let islands = split(&at, &active);
         if let [_] = islands.as_slice() {
             return self.flow(at, active, moment, events, stops);
         }
-        for movers in &islands {
-            let world: Vec<usize> = movers.iter().map(|&k| at.members[k]).collect();
-            let mut part = self.gather(&world, moment);
-            part.pressed.clone_from(&at.pressed);
-            part.forces.clone_from(&at.forces);
-            let mine = active.of(&at.members, &part.members);
-            self.flow(part, mine, moment, events, stops)?;
-        }
-        Ok(())
+        self.lay_out_each(&at, &active, moment, events, stops)
     }
 
     /// Takes over what has been done with a set: its motion, its lines, its reports.
@@ -324,7 +319,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     }
 
     /// Lays out the flow of an island from a moment on.
-    fn flow(
+    pub(super) fn flow(
         &mut self,
         mut at: Together<'a, S>,
         active: Active<S>,
@@ -336,12 +331,13 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         at.forget();
         let rest = limits.dt - moment;
         let mut time = rest.min(longest_flow(&at));
-        let stick = if stops < limits.slip_stops { Stick::Mean } else { Stick::End };
+        let at_once = self.common.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
+        let stick = if stops < limits.slip_stops && !at_once { Stick::Mean } else { Stick::End };
         let before = at.pressed.clone();
         let start = at.save();
         let is_over = rest <= OVER * limits.dt;
         if !is_over {
-            at.flow(time, &active.touches, &active.fresh, stick, &mut self.tools)?;
+            at.flow(time, &active, stick, &mut self.tools)?;
         }
         let mut stopping = false;
         let stop = match stick {
@@ -351,25 +347,34 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         };
         if let Some(stop) = stop {
             at.restore(&start);
-            at.flow(stop, &active.touches, &active.fresh, stick, &mut self.tools)?;
+            at.flow(stop, &active, stick, &mut self.tools)?;
             (time, stopping) = (stop, true);
         }
         let until = if rest - time <= OVER * limits.dt { limits.dt } else { moment + time };
+        let course =
+            Course { begin: moment, time, until, stick, before, events, stops, stopping, islands: 1 };
+        self.enter(at, start, active, course);
+        Ok(())
+    }
+
+    /// Enters a flow that has been laid out: its bodies' ways, and its end if that is not the step's.
+    pub(super) fn enter(&mut self, at: Together<'a, S>, start: Saved<S>, active: Active<S>, course: Course) {
         let number = self.islands.len();
+        let Course { begin, time, until, stick, before, events, stops, stopping, islands } = course;
         for (k, &i) in at.members.iter().enumerate() {
             if self.bodies.is_dynamic(i) {
                 let (s, e) = (state(start.motion(), k), state(&at.bodies.motion, k));
-                self.ways[i] = Way::between(moment, moment + time, &s, &e, self.bodies.data[i].turning_arm);
+                self.ways[i] = Way::between(begin, begin + time, &s, &e, self.bodies.data[i].turning_arm);
                 self.island_of[i] = number;
             }
         }
-        if until < limits.dt {
+        if until < self.common.limits.dt {
             let moment = until.to_bits();
             self.queue.push(Reverse(Entry { moment, kind: Kind::Ends(number), version: 0 }));
         }
         let [worst, _] = at.worst;
         self.islands.push(Some(Island {
-            begin: moment,
+            begin,
             until,
             start: start.into_motion(),
             end: at.bodies.motion,
@@ -385,12 +390,12 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             events,
             stops,
             stopping,
+            islands,
         }));
-        Ok(())
     }
 
     /// Looks for the next arrival of a pair from a moment on.
-    fn foresee(&mut self, pair: usize, moment: f64) {
+    pub(super) fn foresee(&mut self, pair: usize, moment: f64) {
         self.versions[pair] += 1;
         let (a, b) = self.common.candidates.pairs[pair];
         let island = |i: usize| self.islands.get(self.island_of[i]).and_then(Option::as_ref);
@@ -435,7 +440,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         } else if moment > island.begin {
             at.forces.clone_from(&island.forces);
             let active = &island.active;
-            at.flow(moment - island.begin, &active.touches, &active.fresh, island.stick, &mut self.tools)
+            at.flow(moment - island.begin, active, island.stick, &mut self.tools)
         } else {
             Ok(())
         };
@@ -503,7 +508,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
                 let s = state(&self.bodies.motion, i);
                 self.ways[i] = Way::between(moment, moment, &s, &s, 0.0);
             }
-            self.touching_islands(&movers, moment, &mut waiting);
+            self.touching_islands(&movers, moment, &mut waiting)?;
             met.movers.extend(movers);
         }
         met.movers.sort_unstable();
@@ -516,26 +521,32 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     }
 
     /// Appends the islands of bodies that touch some of these at a moment.
-    fn touching_islands(&self, movers: &[usize], moment: f64, waiting: &mut Vec<usize>) {
+    fn touching_islands(
+        &mut self,
+        movers: &[usize],
+        moment: f64,
+        waiting: &mut Vec<usize>,
+    ) -> Result<(), Halt> {
         let candidates = self.common.candidates;
         let mut points = Vec::new();
         for &i in movers {
             for &p in candidates.of_body(i) {
                 let (a, b) = candidates.pairs[p];
                 let other = if a == i { b } else { a };
-                let k = self.island_of[other];
                 if self.bodies.is_dynamic(other)
-                    && self.islands[k].is_some()
+                    && self.islands[self.island_of[other]].is_some()
                     && self.touch_at(a, b, moment, &mut points)
                 {
-                    waiting.push(k);
+                    self.set_apart(other)?;
+                    waiting.push(self.island_of[other]);
                 }
             }
         }
+        Ok(())
     }
 
     /// Looks for the next arrivals of some bodies; of a pair that was missed, a little later.
-    fn foresee_all(&mut self, movers: &[usize], moment: f64, missed: Option<(usize, usize)>) {
+    pub(super) fn foresee_all(&mut self, movers: &[usize], moment: f64, missed: Option<(usize, usize)>) {
         let candidates = self.common.candidates;
         let mut pairs: Vec<usize> = movers.iter().flat_map(|&i| candidates.of_body(i)).copied().collect();
         pairs.sort_unstable();
@@ -559,7 +570,7 @@ pub(super) fn state<S: Geometry>(m: &Motion<S>, i: usize) -> State<S> {
 }
 
 /// How long a flow may be for its ways to be found \[s\].
-fn longest_flow<S: Geometry>(at: &Together<S>) -> f64 {
+pub(super) fn longest_flow<S: Geometry>(at: &Together<S>) -> f64 {
     if at.pairs.is_empty() {
         return f64::INFINITY;
     }
@@ -570,7 +581,7 @@ fn longest_flow<S: Geometry>(at: &Together<S>) -> f64 {
 }
 
 /// The movable bodies of a set, island by island.
-fn split<S: Geometry>(at: &Together<S>, active: &Active<S>) -> Vec<Vec<usize>> {
+pub(super) fn split<S: Geometry>(at: &Together<S>, active: &Active<S>) -> Vec<Vec<usize>> {
     let mut sets = Partition::default();
     sets.reset(at.bodies.len());
     for t in &active.touches {

@@ -1,0 +1,182 @@
+//! Plastic arrivals within the step (theory section 8.5), for heaps: a contact that will arrive before the flow's end,
+//! and stays where it arrives, needs no moment of its own. A plastic impulse slows it where the flow begins,
+//!   u_n+ >= -gap / tau,
+//! and in the flow it holds ubar_n >= -gap / tau: the gap closes at the flow's end, and never more. Both take energy
+//! and never give. What is given up is the moment: a body is slowed up to a flow's length too early.
+
+use super::contacts::Active;
+use super::together::{Halt, Saved, Together, Tools};
+use crate::assembly;
+use crate::narrow_phase::{Touch, normal_velocity};
+use crate::observe::ledger::Ledger;
+use crate::settings::PlasticArrivals;
+use carom_geometry::Geometry;
+use carom_math::Column;
+use carom_solver::{ContactProblem, Impulses, Twist};
+
+/// Rounds of looking for contacts that come in once others are slowed.
+const ROUNDS: usize = 8;
+/// How much nearer than freely bodies may come over |g| tau^2, where contacts hold one and not the other \[1\].
+const HELD: f64 = 1.0;
+
+/// Normal velocity of a contact for given velocities of all bodies.
+fn velocity_at<S: Geometry>(t: &Touch<S>, positions: &[S::Vector], twists: &[Twist<S>]) -> f64 {
+    let at = |i: usize| twists[i].at(t.point - positions[i]);
+    t.normal.dot(at(t.a) - at(t.b))
+}
+
+impl<S: Geometry> Together<'_, S> {
+    /// Slows the plastic contacts that will arrive within the rest of the step \[s\]; gives all that will.
+    pub fn brake(
+        &mut self,
+        touches: &[Touch<S>],
+        rest: f64,
+        tools: &mut Tools<S>,
+    ) -> Result<Vec<Touch<S>>, Halt> {
+        if self.settings.events.plastic_arrivals == PlasticArrivals::AtTheirMoment {
+            return Ok(Vec::new());
+        }
+        let near = self.not_arrived(touches);
+        let before = self.twists();
+        let mut after = before.clone();
+        let mut ahead: Vec<Touch<S>> = Vec::new();
+        let mut solved = None;
+        for _ in 0..ROUNDS {
+            let known = ahead.len();
+            self.coming(&near, &after, rest, &mut ahead);
+            let too_fast = |t: &Touch<S>| {
+                velocity_at(t, &self.bodies.motion.position, &after)
+                    < -t.gap.max(0.0) / rest - self.limits.still_speed
+            };
+            if ahead.len() == known || !ahead.iter().any(too_fast) {
+                break;
+            }
+            let problem = self.braking(touches, &ahead, &before, rest);
+            let mut impulses = Impulses::zero(&problem);
+            self.solve(&problem, &mut impulses, tools)?;
+            after.clone_from(&before);
+            problem.apply(&impulses, &mut after);
+            solved = Some((problem, impulses));
+        }
+        if let Some((problem, impulses)) = solved {
+            self.book_braking(&problem, &impulses, &before, &after);
+        }
+        Ok(ahead)
+    }
+
+    /// Plastic contacts that did not act in a flow and overlap at its end, as they were where it began: features of
+    /// turning bodies come and go, so they need not have been there.
+    pub fn overtaken(&mut self, start: &Saved<S>, active: &Active<S>, time: f64) -> Vec<Touch<S>> {
+        let mut found = Vec::new();
+        for k in 0..self.pairs.len() {
+            self.find(self.pairs[k], 0.0, &mut found);
+        }
+        let mut missed = Vec::new();
+        for t in &found {
+            let plastic = t.restitution == 0.0
+                || normal_velocity(&self.bodies, t) > -self.limits.rest_speed_of(t.restitution);
+            if plastic && t.gap < -self.limits.arrived && active.names.binary_search(&t.id).is_err() {
+                let way = |i: usize| {
+                    let arm = t.point - self.bodies.motion.position[i];
+                    let (v, w) = (start.motion().twist(i), self.bodies.motion.twist(i));
+                    (v.at(arm) + w.at(arm)) * (0.5 * time)
+                };
+                let (way_a, way_b) = (way(t.a), way(t.b));
+                // a feature that was not there had no gap; what a straight way back makes of it is none below zero
+                let gap = (t.gap - t.normal.dot(way_a - way_b)).max(0.0);
+                let back = match (self.bodies.is_dynamic(t.a), self.bodies.is_dynamic(t.b)) {
+                    (true, true) => (way_a + way_b) * 0.5,
+                    (true, false) => way_a,
+                    (false, _) => way_b,
+                };
+                missed.push(Touch { gap, point: t.point - back, ..*t });
+            }
+        }
+        missed
+    }
+
+    /// Contacts near enough for this step that have not arrived.
+    fn not_arrived(&mut self, touches: &[Touch<S>]) -> Vec<Touch<S>> {
+        let mut near = Vec::new();
+        for k in 0..self.pairs.len() {
+            let (a, b) = self.pairs[k];
+            let margin = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
+            self.find((a, b), margin + self.reaches[a] + self.reaches[b], &mut near);
+        }
+        let holding = self.persisting(touches);
+        near.retain(|t| holding.names.binary_search(&t.id).is_err());
+        near
+    }
+
+    /// Appends the plastic contacts that close within a time \[s\] if bodies go on from these velocities freely.
+    fn coming(&self, near: &[Touch<S>], twists: &[Twist<S>], time: f64, ahead: &mut Vec<Touch<S>>) {
+        let free = self.loaded(twists, time);
+        let held = HELD * self.settings.gravity.norm() * time * time;
+        let position = &self.bodies.motion.position;
+        for t in near {
+            let (now, then) = (velocity_at(t, position, twists), velocity_at(t, position, &free));
+            let plastic = t.restitution == 0.0 || then > -self.limits.rest_speed_of(t.restitution);
+            if plastic && t.gap + 0.5 * (now + then) * time < held && !ahead.iter().any(|k| k.id == t.id) {
+                ahead.push(*t);
+            }
+        }
+    }
+
+    /// The problem of slowing: what touches does not come nearer, what is ahead no faster than its gap allows.
+    fn braking(
+        &self,
+        touches: &[Touch<S>],
+        ahead: &[Touch<S>],
+        before: &[Twist<S>],
+        rest: f64,
+    ) -> ContactProblem<S> {
+        let mut problem = ContactProblem::new(Vec::new(), Vec::new());
+        assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
+        problem.velocities = before.to_vec();
+        let holding = touches.iter().filter(|t| !ahead.iter().any(|k| k.id == t.id));
+        let holding = holding.map(|t| (t, normal_velocity(&self.bodies, t).min(0.0)));
+        for (t, target) in holding.chain(ahead.iter().map(|t| (t, -t.gap.max(0.0) / rest))) {
+            problem.contacts.push(assembly::contact(&self.bodies, t, target));
+            assembly::resist(&mut problem, t);
+        }
+        problem
+    }
+
+    /// Takes the impulses' velocities over and books their work as an impact's.
+    fn book_braking(
+        &mut self,
+        problem: &ContactProblem<S>,
+        impulses: &Impulses<S>,
+        before: &[Twist<S>],
+        after: &[Twist<S>],
+    ) {
+        let (mut normal, mut friction) = (0.0, 0.0);
+        let both = |_: usize, n: f64, t: f64| {
+            normal += n;
+            friction += t;
+        };
+        let mut driven = Ledger::default();
+        assembly::contact_work(&self.bodies, problem, impulses, before, after, both, &mut driven);
+        self.ledger.impact_normal += normal;
+        self.ledger.impact_friction += friction;
+        self.ledger.driven += driven.driven;
+        assembly::write_back(&mut self.bodies, after);
+        self.events.impacts += 1;
+    }
+}
+
+impl<S: Geometry> Active<S> {
+    /// Adds contacts that will arrive at the end of a flow of this length \[s\]; they have not pressed after it.
+    pub fn expect(&mut self, ahead: Vec<Touch<S>>, time: f64) {
+        for t in ahead {
+            if self.names.binary_search(&t.id).is_err() {
+                self.closing.push(t.gap.max(0.0) / time);
+                self.fresh.push(t.id);
+                self.touches.push(t);
+            }
+        }
+        self.names.clear();
+        self.names.extend(self.touches.iter().map(|t| t.id));
+        self.names.sort_unstable();
+    }
+}

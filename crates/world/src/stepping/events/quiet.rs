@@ -1,0 +1,155 @@
+//! How a step begins. Sets of bodies that touch and are struck at once get flows of their own; all others share one
+//! flow, island beside island in one problem, for as long as nothing happens to them. Where something does, the shared
+//! flow is broken up, and each island is laid out alone from the same moment.
+
+use super::contacts::Active;
+use super::flow::Stick;
+use super::timeline::{Course, Timeline, longest_flow, split};
+use super::together::{Halt, Together};
+use crate::narrow_phase::Touch;
+use crate::settings::PlasticArrivals;
+use carom_geometry::Geometry;
+use carom_solver::Partition;
+
+/// Flows of a step's start until no contact comes in that was not seen.
+const ROUNDS: usize = 8;
+
+impl<'a, S: Geometry> Timeline<'a, '_, S> {
+    /// Lays out the first flows.
+    pub(super) fn begin(&mut self) -> Result<(), Halt> {
+        let all: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
+        let mut at = self.gather(&all, 0.0);
+        let touches = at.touches();
+        let mut sets = self.touching_sets(&at, &touches);
+        let mut loud = vec![false; self.bodies.len()];
+        for t in &touches {
+            let deep = -t.gap > at.limits.overlap(&at.bodies.data[t.a], &at.bodies.data[t.b]);
+            if deep || at.strikes(t) {
+                let mover = if at.bodies.is_dynamic(t.a) { t.a } else { t.b };
+                loud[sets.root(at.members[mover])] = true;
+            }
+        }
+        let (mut struck, quiet): (Vec<usize>, Vec<usize>) = all.iter().partition(|&&i| loud[sets.root(i)]);
+        struck.sort_by_key(|&i| (sets.root(i), i));
+        let at_once = self.common.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
+        for set in struck.chunk_by(|&i, &j| sets.root(i) == sets.root(j)) {
+            let mut part = self.gather(set, 0.0);
+            part.project(&mut self.tools)?;
+            if at_once {
+                let touches = part.touches();
+                part.strike(&touches, &mut self.tools)?;
+                self.keep(&part);
+            } else {
+                self.lay_out(part, 0.0, 0, 0)?;
+            }
+        }
+        if struck.is_empty() {
+            self.share(at, touches)?;
+        } else if at_once || !quiet.is_empty() {
+            let mut rest = self.gather(if at_once { &all } else { &quiet }, 0.0);
+            let touches = rest.touches();
+            self.share(rest, touches)?;
+        }
+        for pair in 0..self.common.candidates.pairs.len() {
+            self.foresee(pair, 0.0);
+        }
+        Ok(())
+    }
+
+    /// Sets of bodies that touch; of all that may, where arrivals are to be dealt with together.
+    fn touching_sets(&self, at: &Together<'a, S>, touches: &[Touch<S>]) -> Partition {
+        let mut sets = Partition::default();
+        sets.reset(self.bodies.len());
+        let mut join = |a: usize, b: usize| {
+            if self.bodies.is_dynamic(a) && self.bodies.is_dynamic(b) {
+                sets.join(a, b);
+            }
+        };
+        touches.iter().for_each(|t| join(at.members[t.a], at.members[t.b]));
+        if self.common.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep {
+            self.common.candidates.pairs.iter().for_each(|&(a, b)| join(a, b));
+        }
+        sets
+    }
+
+    /// Lays out one flow for a set in which nothing strikes.
+    fn share(&mut self, mut at: Together<'a, S>, touches: Vec<Touch<S>>) -> Result<(), Halt> {
+        let dt = self.common.limits.dt;
+        let at_once = self.common.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
+        let mut coming = at.brake(&touches, dt, &mut self.tools)?;
+        self.keep(&at);
+        let mut active = at.persisting(&touches);
+        at.forget();
+        let mut stick = if at_once { Stick::End } else { Stick::Mean };
+        let (before, start) = (at.pressed.clone(), at.save());
+        if longest_flow(&at) < dt {
+            active.expect(coming, dt);
+            return self.lay_out_each(&at, &active, 0.0, 0, 0);
+        }
+        for _ in 0..ROUNDS {
+            active.expect(std::mem::take(&mut coming), dt);
+            at.flow(dt, &active, stick, &mut self.tools)?;
+            if !at_once {
+                break;
+            }
+            if stick == Stick::End && at.ledger.friction > 0.0 {
+                // where corners roll, the slip at the end is not what friction acts against; the mean slip is
+                stick = Stick::Mean;
+                at.restore(&start);
+                continue;
+            }
+            coming = at.overtaken(&start, &active, dt);
+            if coming.is_empty() {
+                break;
+            }
+            at.restore(&start);
+        }
+        if !at_once && at.turns_slips(&start, &active) {
+            at.restore(&start);
+            return self.lay_out_each(&at, &active, 0.0, 0, 0);
+        }
+        let islands = split(&at, &active).len();
+        let (begin, time, until) = (0.0, dt, dt);
+        let course =
+            Course { begin, time, until, stick, before, events: 0, stops: 0, stopping: false, islands };
+        self.enter(at, start, active, course);
+        Ok(())
+    }
+
+    /// Lays out a flow for each island of a set at a moment.
+    pub(super) fn lay_out_each(
+        &mut self,
+        at: &Together<'a, S>,
+        active: &Active<S>,
+        moment: f64,
+        events: usize,
+        stops: usize,
+    ) -> Result<(), Halt> {
+        for movers in &split(at, active) {
+            let world: Vec<usize> = movers.iter().map(|&k| at.members[k]).collect();
+            let mut part = self.gather(&world, moment);
+            part.pressed.clone_from(&at.pressed);
+            part.forces.clone_from(&at.forces);
+            let mine = active.of(&at.members, &part.members);
+            self.flow(part, mine, moment, events, stops)?;
+        }
+        Ok(())
+    }
+
+    /// Something happens to a body: if it shares its flow with other islands, each gets its own.
+    pub(super) fn set_apart(&mut self, body: usize) -> Result<(), Halt> {
+        let k = self.island_of[body];
+        let shared = self.islands.get(k).and_then(Option::as_ref).is_some_and(|island| island.islands > 1);
+        if !shared {
+            return Ok(());
+        }
+        let island = self.islands[k].take().expect("an island in use");
+        let movers: Vec<usize> =
+            island.members.iter().copied().filter(|&i| self.bodies.is_dynamic(i)).collect();
+        let mut at = self.gather(&movers, island.begin);
+        at.pressed.clone_from(&island.before);
+        self.lay_out_each(&at, &island.active, island.begin, island.events, island.stops)?;
+        self.foresee_all(&movers, island.begin, None);
+        Ok(())
+    }
+}
