@@ -9,6 +9,7 @@ use crate::integrate::Step;
 use crate::material::MaterialPair;
 use crate::narrow_phase::{NarrowPhase, Touch};
 use crate::observe::energy::{Energy, Momenta};
+use crate::observe::event_log::{ContactSum, EventLog};
 use crate::observe::explain::{Explanation, Scene, phase_of};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::StepReport;
@@ -244,6 +245,15 @@ impl<S: Geometry> World<S> {
     /// in world axes.
     pub fn last_strike_moments(&self) -> &[S::Spin] {
         &self.schemes.impacts().moments
+    }
+    /// What happened in the last step, act by act; `None` unless the scheme with events took it.
+    pub fn last_events(&self) -> Option<&EventLog<S>> {
+        self.schemes.log()
+    }
+    /// What each of `touches` did in the whole last step, over its flows and impacts; `None` unless the scheme with
+    /// events took it. Its last problem and impulses are those of each island's last flow.
+    pub fn last_sums(&self) -> Option<&[ContactSum<S>]> {
+        self.schemes.sums()
     }
     /// Applied loads of the last step on each body, their mean over the step; entries of bodies that forces do not
     /// move mean nothing.

@@ -2,6 +2,7 @@
 
 use crate::force::Wrench;
 use crate::impact::Impacts;
+use crate::observe::event_log::{ContactSum, EventLog};
 use crate::observe::report::SolveReport;
 use crate::settings::Scheme;
 use crate::stepping::events::EventsScheme;
@@ -45,6 +46,14 @@ impl<S: Geometry> Schemes<S> {
             Scheme::FixedStep => &self.fixed_step.impacts,
             Scheme::Events => &self.events.impacts,
         }
+    }
+    /// What happened in the last step, where its scheme finds events.
+    pub fn log(&self) -> Option<&EventLog<S>> {
+        (self.ran == Scheme::Events).then_some(&self.events.log)
+    }
+    /// What each touch did in the whole last step, where its scheme divides steps.
+    pub fn sums(&self) -> Option<&[ContactSum<S>]> {
+        (self.ran == Scheme::Events).then_some(self.events.sums.as_slice())
     }
     /// The solve that the last step was refused for.
     pub fn take_failed(&mut self) -> Option<SolveReport> {

@@ -105,6 +105,7 @@ impl<S: Geometry> Together<'_, S> {
             &mut watched,
             &mut self.ledger,
         );
+        self.log.append(&tools.impacts.log, self.moment, |i| i);
         let mut came_to = tools.impacts.report();
         came_to.gaining = came_to.gaining.map(|(a, b)| (self.members[a], self.members[b]));
         self.struck.add(&came_to);

@@ -63,6 +63,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             }
         }
         self.events.add(&at.events);
+        self.log.append(&at.log, 0.0, |i| at.members[i]);
         self.events.capped += 1;
         let [worst, _] = at.worst;
         self.islands.push(Some(Island {

@@ -4,7 +4,9 @@
 
 use super::together::{Halt, Together, Tools};
 use crate::assembly;
+use crate::bodies::Bodies;
 use crate::narrow_phase::Touch;
+use crate::observe::event_log::{Acted, EventKind, PieceKind};
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::{ContactProblem, Impulses, Twist};
@@ -16,6 +18,7 @@ impl<S: Geometry> Together<'_, S> {
         let before = self.twists();
         let closing = |t: &Touch<S>| -t.gap.max(0.0) / time;
         self.impulse(&touches, &before, before.clone(), 0.0, &closing, tools)?;
+        self.log.end_act(PieceKind::Impact, self.moment, 0.0, movers(&self.bodies));
         let start = self.bodies.motion.clone();
         let before = self.twists();
         let free = self.loaded(&before, time);
@@ -30,6 +33,7 @@ impl<S: Geometry> Together<'_, S> {
             .collect();
         let twice = |t: &Touch<S>| -2.0 * t.gap.max(0.0) / time;
         self.impulse(&touches, &sums, free, time, &twice, tools)?;
+        self.log.end_act(PieceKind::Fallback, self.moment, time, movers(&self.bodies));
         let mut potential = 0.0;
         for (i, start_twist) in before.iter().enumerate() {
             let mean = (start_twist.linear + self.bodies.motion.velocity[i]) * 0.5;
@@ -79,6 +83,9 @@ impl<S: Geometry> Together<'_, S> {
         if !touches.is_empty() {
             self.solve(&problem, &mut impulses, tools)?;
         }
+        let kind = if time > 0.0 { EventKind::FallbackFlow } else { EventKind::FallbackImpact };
+        let acted = Acted { time: self.moment, length: time, touches, problem: &problem, impulses: &impulses };
+        self.log.add(&acted, |_| kind);
         let mut after = free;
         problem.apply(&impulses, &mut after);
         let mut work = 0.0;
@@ -91,4 +98,8 @@ impl<S: Geometry> Together<'_, S> {
         assembly::write_back(&mut self.bodies, &after);
         Ok(())
     }
+}
+
+fn movers<S: Geometry>(bodies: &Bodies<S>) -> impl Iterator<Item = usize> + '_ {
+    (0..bodies.len()).filter(|&i| bodies.is_dynamic(i))
 }

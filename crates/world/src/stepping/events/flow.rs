@@ -61,7 +61,7 @@ impl<S: Geometry> Together<'_, S> {
             // a first guess of where contacts hold: bodies keep the velocities they have
             (after[t.a], after[t.b]) = (before[t.a], before[t.b]);
         }
-        let mut last = LastFlow { time, ..std::mem::take(&mut self.last) };
+        let mut last = LastFlow { time, stick, ..std::mem::take(&mut self.last) };
         last.problem.contacts.clear();
         let mut touches: Vec<Touch<S>> = Vec::new();
         for round in 0..ROUNDS {

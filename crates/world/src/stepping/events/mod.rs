@@ -23,6 +23,7 @@ use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::integrate::Step;
 use crate::narrow_phase::Touch;
+use crate::observe::event_log::{ContactSum, EventLog};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
@@ -51,7 +52,7 @@ pub struct EventsScheme<S: Geometry> {
     pub impacts: Impacts<S>,
     /// Applied loads of the last step on each body.
     pub loads: Vec<Wrench<S>>,
-    /// Contacts of the islands' last flows.
+    /// Contacts of the islands' last flows, and after them those that only acted earlier in the step.
     pub touches: Vec<Touch<S>>,
     /// Their problem, in the world's indices; velocities are sums of start and end, twice the mean.
     pub problem: ContactProblem<S>,
@@ -59,6 +60,10 @@ pub struct EventsScheme<S: Geometry> {
     pub impulses: Impulses<S>,
     /// Index into `touches` of each contact of the problem.
     pub pressed: Vec<usize>,
+    /// What happened in the last step.
+    pub log: EventLog<S>,
+    /// What each of `touches` did in the whole step.
+    pub sums: Vec<ContactSum<S>>,
 }
 
 impl<S: Geometry> Default for EventsScheme<S> {
@@ -75,6 +80,8 @@ impl<S: Geometry> Default for EventsScheme<S> {
             impulses: Impulses::zero(&problem),
             problem,
             pressed: Vec::new(),
+            log: EventLog::default(),
+            sums: Vec::new(),
         }
     }
 }
@@ -84,6 +91,7 @@ struct Done<S: Geometry> {
     islands: Vec<Option<Island<S>>>,
     ledger: Ledger,
     events: Events,
+    log: EventLog<S>,
     struck: ImpactReport,
     worst: [Option<SolveReport>; 2],
 }
@@ -155,8 +163,9 @@ impl<S: Geometry> EventsScheme<S> {
             let mut timeline = Timeline::new(&common, bodies, tools);
             let outgrown = match timeline.run() {
                 Ok(()) => {
-                    let Timeline { islands, ledger, events, struck, worst, .. } = timeline;
-                    return Ok(Done { islands, ledger, events, struck, worst });
+                    let Timeline { islands, ledger, events, mut log, struck, worst, .. } = timeline;
+                    log.begin_at(step.time);
+                    return Ok(Done { islands, ledger, events, log, struck, worst });
                 }
                 Err(Halt::Refused(refusal)) => return Err(refusal),
                 Err(Halt::Gains((a, b), energy)) => {
@@ -207,6 +216,9 @@ impl<S: Geometry> EventsScheme<S> {
         }
         warm.sort();
         self.pressed.extend(0..self.touches.len());
+        self.log = done.log;
+        self.log.leave_out_whole_flows(bodies.len());
+        self.sums = self.log.sums(&mut self.touches);
         self.impacts.struck.clear();
         self.impacts.totals.clear();
         self.impacts.totals.resize(self.touches.len(), Impulse::default());

@@ -11,6 +11,7 @@ use super::limits::Limits;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::bodies::{Bodies, Motion};
 use crate::force::Wrench;
+use crate::observe::event_log::EventLog;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::Settings;
@@ -116,6 +117,8 @@ pub struct Timeline<'a, 'w, S: Geometry> {
     pub ledger: Ledger,
     /// What happened.
     pub events: Events,
+    /// The same, act by act; times from the step's start.
+    pub log: EventLog<S>,
     /// What the impacts came to.
     pub struck: ImpactReport,
     /// Worst solves: persistent contacts, impacts.
@@ -144,6 +147,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             slots: vec![NONE; bodies.len()],
             ledger: Ledger::default(),
             events: Events::default(),
+            log: EventLog::default(),
             struck: ImpactReport::default(),
             worst: [None, None],
             common,
@@ -266,8 +270,10 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             members,
             limits: &common.limits,
             time: common.time,
+            moment,
             ledger: Ledger::default(),
             events: Events::default(),
+            log: EventLog::default(),
             struck: ImpactReport::default(),
             pressed: None,
             due: None,
@@ -317,6 +323,8 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         }
         self.ledger.add(&at.ledger);
         self.events.add(&at.events);
+        self.log.append(&at.log_of_flow(), 0.0, |i| at.members[i]);
+        self.log.append(&at.log, 0.0, |i| at.members[i]);
         self.struck.add(&at.struck);
         for (mine, theirs) in self.worst.iter_mut().zip(&at.worst) {
             *mine = SchemeReport::worse(mine.take(), theirs.clone());
