@@ -20,6 +20,7 @@ use crate::bodies::Bodies;
 use crate::error::StepError;
 use crate::impact::part::{Islands, Part};
 use crate::narrow_phase::Touch;
+use crate::observe::accounts::{Accounts, Cause};
 use crate::observe::event_log::{Acted, EventKind, EventLog, PieceKind};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{ImpactReport, SolveReport};
@@ -51,6 +52,8 @@ pub struct Impacts<S: Geometry> {
     pub moments: Vec<S::Spin>,
     /// The rounds of the last call of `resolve`, where they are asked for (`Thresholds::thorough`); times are 0.
     pub log: EventLog<S>,
+    /// What each body is given by the impacts, added up over calls of `resolve`; whose scheme asks for it makes it.
+    pub accounts: Accounts<S>,
     /// Energy that the guarded islands' own law gains \[J\].
     gain: f64,
     /// Bodies of the contact that gains most.
@@ -82,6 +85,7 @@ impl<S: Geometry> Default for Impacts<S> {
             ended_plastic: 0,
             moments: Vec::new(),
             log: EventLog::default(),
+            accounts: Accounts::default(),
             gain: 0.0,
             gaining: None,
             after: Vec::new(),
@@ -209,6 +213,7 @@ impl<S: Geometry> Impacts<S> {
         self.after.extend_from_slice(&self.problem.velocities);
         self.problem.apply(&self.impulses, &mut self.after);
         self.book(bodies, ledger);
+        self.account(bodies);
         assembly::write_back(bodies, &self.after);
         let worst = assembly::bodies_of(&self.problem, outcome.residual.worst);
         SolveReport::new(outcome, self.problem.contacts.len(), worst)
@@ -301,6 +306,14 @@ impl<S: Geometry> Impacts<S> {
         }
     }
 
+    fn account(&mut self, bodies: &Bodies<S>) {
+        let mut accounts = std::mem::take(&mut self.accounts);
+        let velocities = (self.problem.velocities.as_slice(), self.after.as_slice());
+        let cause = |k| if self.is_cut(k) { Cause::RestCut } else { Cause::Impact };
+        accounts.kick(bodies, &self.problem, &self.impulses, velocities, cause);
+        self.accounts = accounts;
+    }
+
     /// True for a contact of the present round that could bounce and does not.
     fn is_cut(&self, k: usize) -> bool {
         self.problem.contacts[k].restitution > 0.0 && !self.bounces[k]
@@ -319,6 +332,7 @@ impl<S: Geometry> Impacts<S> {
         movers.sort_unstable();
         movers.dedup();
         log.end_act(PieceKind::Impact, time, length, movers.into_iter());
+        log.add_rows(&self.problem, &self.impulses);
         self.log = log;
     }
 

@@ -1,6 +1,6 @@
 //! What happened within a step of the scheme with events, in the order in which it did for each body: flows, rounds of
 //! impacts and projections as pieces of the bodies' ways, and beside them what each contact did in each. Only what was
-//! taken for good stands here; a flow that an arrival cut counts up to its cut (theory section 8.6).
+//! taken for good stands here; a flow that an arrival cut counts up to its cut (theory section 8.4).
 
 use crate::bodies::{Bodies, Motion};
 use crate::narrow_phase::Touch;
@@ -61,6 +61,11 @@ pub struct EventRecord<S: Space> {
     pub point: S::Vector,
     /// Unit normal from b to a there.
     pub normal: S::Vector,
+    /// From a's centre of mass to where the impulse acted on it \[m\].
+    pub arm_a: S::Vector,
+    /// From b's centre of mass to where the impulse acted on it \[m\]; the same point to rounding, unless the flow's
+    /// rounds between places and velocities did not settle.
+    pub arm_b: S::Vector,
     /// Gap when it began \[m\]; of impacts that of the arrival, 0.
     pub gap: f64,
     /// Impulse on a, world axes \[N s\].
@@ -112,6 +117,23 @@ pub struct Piece<S: Space> {
     pub shift: S::Vector,
     /// By how much a projection turned it \[rad\], world axes; 0 for others.
     pub turn: S::Spin,
+    /// Impulse that general rows (joints) gave it \[N s\].
+    pub impulse: S::Vector,
+    /// Their moment about its centre of mass \[N m s\].
+    pub moment: S::Spin,
+}
+
+impl<S: Space> Piece<S> {
+    /// A piece in which nothing but contacts acts.
+    fn new(act: usize, kind: PieceKind, body: usize, time: f64, length: f64) -> Self {
+        let (shift, turn, impulse, moment) = (S::Vector::ZERO, S::Spin::ZERO, S::Vector::ZERO, S::Spin::ZERO);
+        Piece { act, kind, body, time, length, shift, turn, impulse, moment }
+    }
+    /// True for a flow in which nothing but contacts acted.
+    fn is_plain_flow(&self) -> bool {
+        let free = self.impulse == S::Vector::ZERO && self.moment == S::Spin::ZERO;
+        self.kind == PieceKind::Flow && free
+    }
 }
 
 /// What a contact did in the whole step, by sums over its records.
@@ -183,6 +205,8 @@ impl<S: Geometry> EventLog<S> {
                 id: c.id,
                 point: t.point,
                 normal: c.normal,
+                arm_a: c.arm_a,
+                arm_b: c.arm_b,
                 gap: t.gap,
                 impulse: Contact::to_world(c, g),
                 moment: S::Spin::ZERO,
@@ -191,17 +215,29 @@ impl<S: Geometry> EventLog<S> {
             });
         }
         for (r, m) in acted.problem.resistances.iter().zip(&acted.impulses.moments) {
-            self.contacts[first + r.contact].moment +=
-                acted.problem.contacts[r.contact].moment_to_world(*m);
+            self.contacts[first + r.contact].moment += acted.problem.contacts[r.contact].moment_to_world(*m);
         }
     }
 
     /// Ends an act that these bodies took part in, movable ones of a set.
     pub fn end_act(&mut self, kind: PieceKind, time: f64, length: f64, bodies: impl Iterator<Item = usize>) {
         let act = self.acts;
-        let (shift, turn) = (S::Vector::ZERO, S::Spin::ZERO);
-        self.pieces.extend(bodies.map(|body| Piece { act, kind, body, time, length, shift, turn }));
+        self.pieces.extend(bodies.map(|body| Piece::new(act, kind, body, time, length)));
         self.acts += 1;
+    }
+
+    /// Adds what the general rows of a problem did to the pieces of the act that ended last.
+    pub fn add_rows(&mut self, problem: &ContactProblem<S>, impulses: &Impulses<S>) {
+        let act = self.acts.wrapping_sub(1);
+        let first = self.pieces.iter().rposition(|p| p.act != act).map_or(0, |k| k + 1);
+        for (row, &impulse) in problem.rows.iter().zip(&impulses.rows) {
+            for (body, on) in [(row.a, &row.on_a), (row.b, &row.on_b)] {
+                if let Some(piece) = self.pieces[first..].iter_mut().find(|p| p.body == body) {
+                    piece.impulse += on.linear * impulse;
+                    piece.moment += on.angular * impulse;
+                }
+            }
+        }
     }
 
     /// A projection that moved bodies from where they were.
@@ -217,7 +253,7 @@ impl<S: Geometry> EventLog<S> {
                 S::Spin::ZERO
             };
             if turned || shift != S::Vector::ZERO {
-                self.pieces.push(Piece { act, kind, body, time, length: 0.0, shift, turn });
+                self.pieces.push(Piece { shift, turn, ..Piece::new(act, kind, body, time, 0.0) });
             }
         }
         self.acts += 1;
@@ -233,12 +269,8 @@ impl<S: Geometry> EventLog<S> {
             b: index(r.b),
             ..*r
         }));
-        let mine = |p: &Piece<S>| Piece {
-            act: before + p.act,
-            time: start + p.time,
-            body: index(p.body),
-            ..*p
-        };
+        let mine =
+            |p: &Piece<S>| Piece { act: before + p.act, time: start + p.time, body: index(p.body), ..*p };
         self.pieces.extend(other.pieces.iter().map(mine));
         self.acts += other.acts;
     }
@@ -253,7 +285,7 @@ impl<S: Geometry> EventLog<S> {
     pub fn leave_out_whole_flows(&mut self, bodies: usize) {
         let mut pieces = vec![0; bodies];
         self.pieces.iter().for_each(|p| pieces[p.body] += 1);
-        self.pieces.retain(|p| pieces[p.body] > 1 || p.kind != PieceKind::Flow);
+        self.pieces.retain(|p| pieces[p.body] > 1 || !p.is_plain_flow());
     }
 
     /// Sums over the step, contact by contact: for each of `touches`, and for those that are appended to it because

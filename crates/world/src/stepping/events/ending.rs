@@ -76,6 +76,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             stick: Stick::Mean,
             before: None,
             ledger: at.ledger,
+            accounts: at.accounts,
             worst,
             forces: None,
             pressed: at.pressed,

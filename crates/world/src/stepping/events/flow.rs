@@ -9,6 +9,7 @@ use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
 use crate::integrate::turn_freely;
 use crate::narrow_phase::{Touch, normal_velocity};
+use crate::observe::accounts::{Cause, Mark, Motive};
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
 use carom_solver::{ContactProblem, Impulses, Twist};
@@ -71,6 +72,7 @@ impl<S: Geometry> Together<'_, S> {
             }
             let at_mean = self.at_mean(active, &start.position);
             if round > 0 && self.settled(&touches, &at_mean, &last.problem) {
+                touches = at_mean; // the same arms, at the places that came out
                 break;
             }
             touches = at_mean;
@@ -111,9 +113,15 @@ impl<S: Geometry> Together<'_, S> {
                 continue;
             }
             let energy = self.bodies.rotational_energy(i);
+            let kept = self.accounts.are_kept() && self.bodies.is_dynamic(i);
+            let mark = kept.then(|| Mark::of(&self.bodies, i, self.settings.gravity));
             turn_freely(self.settings.integrator, &mut self.bodies, i, time);
             if self.bodies.is_dynamic(i) {
                 self.ledger.integrator += self.bodies.rotational_energy(i) - energy;
+            }
+            if let Some(mark) = mark {
+                let now = Mark::of(&self.bodies, i, self.settings.gravity);
+                self.accounts.change(i, &mark, &now, Motive::Integrator);
             }
         }
     }
@@ -222,10 +230,13 @@ impl<S: Geometry> Together<'_, S> {
         assembly::contact_work(&self.bodies, problem, impulses, before, after, both, &mut self.ledger);
         self.ledger.contact_normal += normal;
         self.ledger.friction += friction;
+        self.accounts.kick(&self.bodies, problem, impulses, (before, after), |_| Cause::Contact);
     }
 
     /// Works of gravity and loads over a time, by the mean of two sets of velocities.
     pub fn book_loads(&mut self, before: &[Twist<S>], after: &[Twist<S>], time: f64) {
+        let (gravity, wrenches) = (self.settings.gravity, &self.wrenches);
+        self.accounts.loads(&self.bodies, (before, after), time, gravity, wrenches);
         let ledger = &mut self.ledger;
         for i in (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)) {
             let d = &self.bodies.data[i];
@@ -253,7 +264,7 @@ impl<S: Geometry> Together<'_, S> {
         let mut paid = 0.0;
         for i in 0..self.bodies.len() {
             let mean = (before[i].linear + after[i].linear) * 0.5;
-            self.bodies.motion.position[i] = origin[i] + mean * time;
+            self.drift(i, origin[i], mean * time, (&before[i], &after[i]));
             if self.bodies.is_dynamic(i) {
                 self.bodies.motion.set_twist(i, &after[i]);
                 paid += self.bodies.data[i].mass_properties.mass * self.settings.gravity.dot(mean * time);
@@ -261,6 +272,29 @@ impl<S: Geometry> Together<'_, S> {
         }
         self.ledger.integrator += paid - potential(self);
         self.turn(0.5 * time);
+    }
+
+    /// Puts a body to where a way \[m\] leads from its place at the start; it was where its kick acted. What the way
+    /// does to the potential energy and to the moment of momentum beyond the work and the moment of the kick, which
+    /// acted half-way to rounding, is the integrator's.
+    pub fn drift(
+        &mut self,
+        i: usize,
+        origin: S::Vector,
+        way: S::Vector,
+        (before, after): (&Twist<S>, &Twist<S>),
+    ) {
+        let kicked = std::mem::replace(&mut self.bodies.motion.position[i], origin + way);
+        if !self.accounts.are_kept() || !self.bodies.is_dynamic(i) {
+            return;
+        }
+        let mass = self.bodies.data[i].mass_properties.mass;
+        let went = self.bodies.motion.position[i] - origin;
+        let account = &mut self.accounts.of_bodies[i];
+        account.energy.integrator += mass * self.settings.gravity.dot(way - went);
+        let (mean, change) = ((before.linear + after.linear) * 0.5, after.linear - before.linear);
+        let off = origin + went * 0.5 - kicked;
+        account.angular_momentum.integrator += S::moment(went, mean * mass) + S::moment(off, change * mass);
     }
 
     /// Keeps the flow's forces and who pressed.

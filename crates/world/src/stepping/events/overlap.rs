@@ -6,6 +6,7 @@ use super::together::{Halt, Together, Tools};
 use crate::assembly;
 use crate::bodies::Motion;
 use crate::integrate::set_spin_momentum;
+use crate::observe::accounts::Motive;
 use crate::observe::energy::Energy;
 use crate::observe::report::SolveReport;
 use carom_geometry::Geometry;
@@ -19,6 +20,7 @@ impl<S: Geometry> Together<'_, S> {
     /// Removes overlaps beyond the limit; true when there were any.
     pub fn project(&mut self, tools: &mut Tools<S>) -> Result<bool, Halt> {
         let before = Energy::of(&self.bodies, self.settings.gravity).total();
+        let marks = self.accounts.marks(&self.bodies, self.settings.gravity);
         let mut start: Option<Motion<S>> = None;
         for _ in 0..ROUNDS {
             let deepest = self.deepest();
@@ -30,6 +32,7 @@ impl<S: Geometry> Together<'_, S> {
             self.apart(deepest, tools)?;
         }
         if let Some(start) = &start {
+            self.accounts.moved(&marks, &self.bodies, self.settings.gravity, Motive::Projection);
             self.log.projection(self.moment, start, &self.bodies);
             self.ledger.projection += Energy::of(&self.bodies, self.settings.gravity).total() - before;
             self.events.projections += 1;

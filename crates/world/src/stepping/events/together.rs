@@ -10,6 +10,7 @@ use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::narrow_phase::{Touch, touches_of};
+use crate::observe::accounts::Accounts;
 use crate::observe::event_log::{Acted, EventKind, EventLog, PieceKind};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
@@ -42,6 +43,8 @@ pub struct Together<'a, S: Geometry> {
     pub moment: f64,
     /// Lines of what has been done with them.
     pub ledger: Ledger,
+    /// The same body by body, where that is asked for.
+    pub accounts: Accounts<S>,
     /// What happened to them.
     pub events: Events,
     /// Projections, impacts and the like that they went through; flows are told by `last` when they are kept.
@@ -104,6 +107,7 @@ impl<S: Geometry> Default for LastFlow<S> {
 pub struct Saved<S: Geometry> {
     motion: Motion<S>,
     ledger: Ledger,
+    accounts: Accounts<S>,
     pressed: Option<Vec<u64>>,
     worst: Option<SolveReport>,
 }
@@ -167,13 +171,15 @@ impl<S: Geometry> Together<'_, S> {
     /// Keeps what a trial flow changes.
     pub fn save(&self) -> Saved<S> {
         let (motion, pressed) = (self.bodies.motion.clone(), self.pressed.clone());
-        Saved { motion, ledger: self.ledger, pressed, worst: self.worst[0].clone() }
+        let (accounts, worst) = (self.accounts.clone(), self.worst[0].clone());
+        Saved { motion, ledger: self.ledger, accounts, pressed, worst }
     }
 
     /// Takes a trial flow back, its lines in the ledger and its solves included.
     pub fn restore(&mut self, saved: &Saved<S>) {
         self.bodies.motion.copy_from(&saved.motion);
         self.ledger = saved.ledger;
+        self.accounts.clone_from(&saved.accounts);
         self.pressed.clone_from(&saved.pressed);
         self.worst[0].clone_from(&saved.worst);
     }
@@ -181,6 +187,7 @@ impl<S: Geometry> Together<'_, S> {
     /// Starts new lines and reports: what there was has been taken over.
     pub fn forget(&mut self) {
         self.ledger = Ledger::default();
+        self.accounts.clear();
         self.events = Events::default();
         self.log.clear();
         self.struck = ImpactReport::default();
@@ -196,6 +203,7 @@ impl<S: Geometry> Together<'_, S> {
             let kind = if *stick == Stick::Mean { EventKind::Flow } else { EventKind::FlowToEnd };
             log.add(&acted, |_| kind);
             log.end_act(PieceKind::Flow, self.moment, *time, self.movers());
+            log.add_rows(problem, impulses);
         }
         log
     }
