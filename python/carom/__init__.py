@@ -22,7 +22,15 @@ from carom._explanation import Explanation, Finding
 from carom._friction_problem import FrictionMeasure, FrictionProblem, FrictionSolution
 from carom._friction_problem_certificate import FrictionCertificate
 from carom._problem import ContactProblem, Residual, Solution
-from carom._report import EventReport, ImpactReport, IslandReport, Snapshot, StageReport, StepReport
+from carom._report import (
+    EventReport,
+    GroupReport,
+    ImpactReport,
+    IslandReport,
+    Snapshot,
+    StageReport,
+    StepReport,
+)
 from carom.errors import (
     BuildError,
     BusyError,
@@ -56,6 +64,8 @@ FRICTION_SOLVERS: tuple[str, ...] = tuple(_carom.FRICTION_SOLVERS)
 ON_INACCURATE: tuple[str, ...] = tuple(_carom.ON_INACCURATE)
 #: Meaning of the codes of a contact's `status`.
 CONTACT_STATUS: tuple[str, ...] = tuple(_carom.CONTACT_STATUS)
+#: What a contact does in a step of the scheme "events", by code.
+EVENT_KINDS: tuple[str, ...] = tuple(_carom.EVENT_KINDS)
 
 _LATER = {
     "Advice": "carom.advice",
@@ -101,6 +111,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "CONTACT_STATUS",
+    "EVENT_KINDS",
     "FRICTION_SOLVERS",
     "LEDGER_LINES",
     "ON_INACCURATE",
@@ -121,6 +132,7 @@ __all__ = [
     "FrictionMeasure",
     "FrictionProblem",
     "FrictionSolution",
+    "GroupReport",
     "ImpactReport",
     "InaccurateError",
     "InaccurateWarning",

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
+import numpy as np
 import numpy.typing as npt
 
 from carom import _carom
@@ -115,6 +116,58 @@ class EventReport(NamedTuple):
     islands: int
 
 
+class GroupReport(NamedTuple):
+    """Books of a group of bodies: of a step, or since they are kept.
+
+    Attributes
+    ----------
+    name : the group's
+    kinetic, potential : energy afterwards [J]
+    momentum, angular_momentum : afterwards, the latter about the world's origin [kg m/s], [kg m^2/s]
+    lines : work by cause on the group's bodies [J]; see `ledger`
+    momentum_lines, angular_momentum_lines : what changed the two, by cause; see `momentum_ledger`
+    """
+
+    name: str
+    kinetic: float
+    potential: float
+    momentum: tuple[float, ...]
+    angular_momentum: tuple[float, ...]
+    lines: tuple[float, ...]
+    momentum_lines: tuple[tuple[float, ...], ...]
+    angular_momentum_lines: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def _told(cls, fields: Iterable[Any]) -> Self:
+        name, kinetic, potential, momentum, angular, lines, of_momentum, of_angular = fields
+        vectors = [tuple(map(tuple, given)) for given in (of_momentum, of_angular)]
+        return cls(name, kinetic, potential, tuple(momentum), tuple(angular), tuple(lines), *vectors)
+
+    @property
+    def energy(self) -> float:
+        """Kinetic and potential energy [J]."""
+        return self.kinetic + self.potential
+
+    @property
+    def ledger(self) -> dict[str, float]:
+        """Where the group's energy went: work by cause and the closure [J]."""
+        return dict(zip(_carom.LEDGER_LINES, self.lines, strict=True))
+
+    @property
+    def momentum_ledger(self) -> dict[str, Floats]:
+        """What changed the group's momentum, by cause, and the closure: (d,) arrays [kg m/s]."""
+        return _vectors(self.momentum_lines)
+
+    @property
+    def angular_momentum_ledger(self) -> dict[str, Floats]:
+        """What changed its angular momentum about the world's origin: (1 | 3,) arrays [kg m^2/s]."""
+        return _vectors(self.angular_momentum_lines)
+
+
+def _vectors(lines: tuple[tuple[float, ...], ...]) -> dict[str, Floats]:
+    return {name: np.array(line) for name, line in zip(_carom.MOMENTUM_LINES, lines, strict=True)}
+
+
 class _StepFields(NamedTuple):
     step: int
     time: float
@@ -140,6 +193,7 @@ class _StepFields(NamedTuple):
     events: EventReport
     islands: tuple[IslandReport, ...]
     findings: tuple[Finding, ...]
+    groups: dict[str, GroupReport]
 
 
 class StepReport(_StepFields):
@@ -165,16 +219,24 @@ class StepReport(_StepFields):
     islands : `IslandReport` of each island where anything pressed, from solvers that go island by island:
         those of impacts, then those of persistent contacts
     findings : `Finding` of the step in brief; see `explain`
+    groups : `GroupReport` of each group in ``world.ledger_groups``, by name
     """
 
     _world: weakref.ref[World] | None = None
 
     @classmethod
     def _told(cls, fields: Iterable[Any], world: World) -> Self:
-        *plain, impacts, events, islands, findings = fields
+        *plain, impacts, events, islands, findings, groups = fields
         told = tuple(IslandReport._told(island) for island in islands)
         made = cls._make(
-            (*plain, ImpactReport._make(impacts), EventReport._make(events), told, findings_of(findings))
+            (
+                *plain,
+                ImpactReport._make(impacts),
+                EventReport._make(events),
+                told,
+                findings_of(findings),
+                {group.name: group for group in map(GroupReport._told, groups)},
+            )
         )
         made._world = weakref.ref(world)
         return made
@@ -309,6 +371,10 @@ class Chunk:
     action_offsets: npt.NDArray[Any]
     actions: Records
     steps: Records
+    event_offsets: npt.NDArray[Any]
+    events: Records | None
+    piece_offsets: npt.NDArray[Any]
+    pieces: Records | None
     inaccurate: tuple[int, float, tuple[Finding, ...]] | None = None
     gaining: tuple[int, float, tuple[Finding, ...]] | None = None
 
@@ -332,6 +398,10 @@ def chunk_of(recorded: dict[str, Any], space: Space, bodies: int) -> Chunk:
         action_offsets=recorded["action_offsets"],
         actions=recorded["actions"].view(space.action_type),
         steps=recorded["steps"].view(space.step_type),
+        event_offsets=recorded["event_offsets"],
+        events=recorded["events"].view(space.event_type),
+        piece_offsets=recorded["piece_offsets"],
+        pieces=recorded["pieces"].view(space.piece_type),
         inaccurate=_first(recorded["inaccurate"]),
         gaining=_first(recorded["gaining"]),
     )

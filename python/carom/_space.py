@@ -111,6 +111,16 @@ class Space:
         return record_type(self.world.action_fields())
 
     @cached_property
+    def event_type(self) -> np.dtype[np.void]:
+        """Type of the record of what a contact did in a flow or a round of impacts."""
+        return record_type(self.world.event_fields())
+
+    @cached_property
+    def piece_type(self) -> np.dtype[np.void]:
+        """Type of the record of a piece of a body's way through a step."""
+        return record_type(self.world.piece_fields())
+
+    @cached_property
     def step_type(self) -> np.dtype[np.void]:
         """Type of a step's record."""
         return record_type(self.world.step_fields())

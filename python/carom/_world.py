@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Never, Self
 
@@ -22,7 +22,7 @@ from carom._adding import attributed, body_arguments
 from carom._body import ANGULAR_VELOCITY, POSITION, ROTATION, VELOCITY, Body
 from carom._force import Force, loads
 from carom._judged import Judged, SolveProgress
-from carom._report import Chunk, Snapshot, StepReport, chunk_of
+from carom._report import Chunk, GroupReport, Snapshot, StepReport, chunk_of
 from carom._setting import Setting
 from carom._shapes import ShapeLike
 from carom._space import Floats, Records, Space, frozen, number
@@ -520,6 +520,7 @@ class World(Judged):
         tolerance: float | None = None,
         on_inaccurate: str | None = None,
         every: int = 1,
+        record_events: bool | None = None,
         out: str | Path | None = None,
         progress: ProgressLike = None,
     ) -> Run:
@@ -529,6 +530,8 @@ class World(Judged):
         ----------
         dt, solver, iterations, tolerance, on_inaccurate : settings for this run alone
         every : steps between recorded frames
+        record_events : whether to record what contacts did within the steps of the scheme "events"; when
+            absent, where every step is a frame
         out : HDF5 file to record into; in memory when absent
         progress : True for a bar, or a function of a `carom.run.Moment`
 
@@ -550,6 +553,7 @@ class World(Judged):
             tolerance=tolerance,
             on_inaccurate=on_inaccurate,
             every=every,
+            record_events=record_events,
             out=out,
             progress=progress,
         )
@@ -604,6 +608,30 @@ class World(Judged):
         return packed
 
     @property
+    def event_log(self) -> Records:
+        """What the contacts did in the last step, act by act: a structured array, empty before the first step
+        and for the scheme "fixed_step".
+
+        Fields
+        ------
+        act : number of the flow or round of impacts that it is part of; those of one body increase with time
+        kind : index into ``carom.EVENT_KINDS``: flow, flow_to_end (friction against the slip at its end),
+            impact, rest_cut (an approach too slow to bounce), fallback_impact, fallback_flow, slowed and
+            closing (plastic arrivals within the step)
+        time, length : when it began, how long it lasted [s]; 0 for impacts
+        a, b : rows of the two bodies
+        id : names the contact from step to step
+        point, normal : (d,) where it acted, half-way through a flow [m]; unit normal from b to a there
+        arm_a, arm_b : (d,) from the centres of mass to where the impulse acted [m]
+        gap : when it began [m]
+        impulse : (d,) on a, world axes [N s]
+        moment : (1 | 3,) rolling and spinning friction on a, world axes [N m s]
+        friction, restitution : coefficients of the pair [1]
+        """
+        packed: Records = self._native.events().view(self._space.event_type)
+        return packed
+
+    @property
     def energy(self) -> dict[str, float]:
         """Energies of all dynamic bodies [J]; potential is zero at the world's origin."""
         translational, rotational, potential = self._native.energy()
@@ -628,6 +656,40 @@ class World(Judged):
     def ledger(self) -> dict[str, float]:
         """Work by cause since the world began, and the closure [J]."""
         return dict(zip(_carom.LEDGER_LINES, self._native.ledger(), strict=True))
+
+    @property
+    def ledger_groups(self) -> dict[str, tuple[str, ...] | None]:
+        """Groups of bodies with books of their own: names of their bodies by group, None for all that move.
+
+        Setting them begins their books anew; ``{}`` ends them. Each step's report then has energy, momentum
+        and angular momentum by cause for each group (``report.groups``), `group_ledgers` their sums. Groups
+        may overlap; those that divide the world add up to it. Snapshots do not have them.
+
+        Raises
+        ------
+        BuildError
+            For a group's name that is empty, or a body that is not there, named twice or an obstacle; the old
+            groups stay then.
+        """
+        return {name: None if of is None else tuple(of) for name, of in self._native.groups()}
+
+    @ledger_groups.setter
+    def ledger_groups(self, groups: Mapping[str, Iterable[str] | None]) -> None:
+        remedy = "give names of groups, each with names of bodies or None, e.g. {'pile': ['box1', 'box2']}"
+        if not isinstance(groups, Mapping):
+            raise refused(None, "ledger_groups", "must be a mapping", groups, remedy)
+        told: list[tuple[str, list[str] | None]] = []
+        for name, of in groups.items():
+            plain = None if of is None or isinstance(of, str) else [str(body) for body in of]
+            if isinstance(of, str) or not isinstance(name, str):
+                raise refused(None, "ledger_groups", "must name lists of bodies", groups, remedy)
+            told.append((name, plain))
+        self._native.set_groups(told)
+
+    @property
+    def group_ledgers(self) -> dict[str, GroupReport]:
+        """Books of the `ledger_groups` since these were set; energies and momenta after the last step."""
+        return {group.name: group for group in map(GroupReport._told, self._native.group_ledgers())}
 
     # --- snapshots ---
 

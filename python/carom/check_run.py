@@ -23,10 +23,12 @@ from typing import Any
 import numpy as np
 
 if __package__:
+    from carom.check_run_events import EVENT_CHECKS
     from carom.check_run_file import RunFile, UnreadableRunError
     from carom.check_run_frames import EPS, FRAME_CHECKS, Frames, bodies_of, check_frames
     from carom.check_run_steps import STEP_CHECKS, check_pairs
 else:  # as a script beside its parts, without the package
+    from check_run_events import EVENT_CHECKS  # type: ignore[import-not-found,no-redef]
     from check_run_file import RunFile, UnreadableRunError  # type: ignore[import-not-found,no-redef]
     from check_run_frames import (  # type: ignore[import-not-found,no-redef]
         EPS,
@@ -139,7 +141,8 @@ class Verdict:
     ----------
     path, scene, space, status, version : of the file
     steps, frames, bodies : counts [1]
-    checks : one `Check` each, in the order of `CHECKS`
+    checks : one `Check` each, in the order of `CHECKS`; those of `EVENT_CHECKS` after them where they concern
+        the run
     """
 
     path: str
@@ -225,7 +228,8 @@ class _Looking:
         self, file: RunFile, closure: float, penetration: float | None, progress: Callable[[float], None]
     ) -> None:
         self.file, self.closure, self.depth, self.progress = file, closure, penetration, progress
-        self.checks = {name: Check(name, *about) for name, about in CHECKS.items()}
+        told = {**CHECKS, **EVENT_CHECKS} if file.settings.get("scheme") == "events" else CHECKS
+        self.checks = {name: Check(name, *about) for name, about in told.items()}
         self.bodies = bodies_of(file)
         self.gravity = np.zeros(3)
         self.gravity[: file.dimension] = file.settings.get("gravity", [np.nan] * file.dimension)
@@ -378,7 +382,7 @@ class _Looking:
             check_frames(self.checks, file, self.bodies, self.gravity, frames, fresh)
             check_pairs(self.checks, file, self.bodies, self.gravity, frames)
             self.progress(0.2 + 0.8 * min(begin + block, file.frame_count) / file.frame_count)
-        for name in (*FRAME_CHECKS, *STEP_CHECKS):
+        for name in self.checks.keys() & {*FRAME_CHECKS, *STEP_CHECKS, *EVENT_CHECKS}:
             check = self.checks[name]
             if check.verdict == "not checked" and not check.note:
                 check.note = "nothing to look at"

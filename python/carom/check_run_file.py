@@ -18,7 +18,7 @@ Floats = npt.NDArray[np.float64]
 Records = npt.NDArray[np.void]
 
 #: Latest layout that is understood [1].
-LATEST = 2
+LATEST = 3
 #: Most bodies [1], steps [1], and bytes of text, of one chunk and of one block of rows.
 MOST_BODIES, MOST_STEPS = 1_000_000, 200_000_000
 MOST_TEXT, MOST_CHUNK, BLOCK = 1 << 26, 1 << 28, 1 << 25
@@ -94,6 +94,11 @@ class RunFile:
         self.has_actions = self._has("frames/action_offsets") and self._has("actions")
         if self.has_actions:
             widths["action_offsets"] = ()
+        self.has_events = all(
+            self._has(name) for name in ("frames/event_offsets", "frames/piece_offsets", "events", "pieces")
+        )
+        if self.has_events:
+            widths |= {"event_offsets": (), "piece_offsets": ()}
         self._arrays: dict[str, Any] = {}
         lengths = []
         for name, shape in widths.items():
@@ -102,7 +107,9 @@ class RunFile:
                 raise ValueError(f"frames/{name} holds {array.dtype} of shape {array.shape}")
             lengths.append(len(array) - ("offsets" in name))
         self.frame_count, self.is_even = max(0, min(lengths)), len(set(lengths)) == 1
-        for name in ("contacts", "steps", *(["actions"] if self.has_actions else [])):
+        more = ["actions"] if self.has_actions else []
+        more += ["events", "pieces"] if self.has_events else []
+        for name in ("contacts", "steps", *more):
             self._arrays[name] = self._dataset(name)
             if self._arrays[name].dtype.names is None:
                 raise ValueError(f"{name} holds no records")
@@ -114,6 +121,9 @@ class RunFile:
                       "contacts", "deepest_gap", "deepest_a", "deepest_b", "gravity", "closure"),
             "contacts": ("a", "b", "point", "normal", "gap", "normal_impulse", "friction_impulse"),
             "actions": ("body", "force", "torque", "correction", "correction_turn"),
+            "events": ("act", "kind", "time", "length", "a", "b", "point", "normal", "arm_a", "arm_b", "gap",
+                       "impulse", "moment", "friction", "restitution"),
+            "pieces": ("act", "kind", "body", "time", "length", "shift", "turn", "impulse", "moment"),
         }  # fmt: skip
         for name, columns in needed.items():
             lacking = set(columns) - set(self.columns(name)) if name in self._arrays else set()

@@ -97,6 +97,10 @@ class Frames:
     acted: npt.NDArray[np.int64]
     step: npt.NDArray[np.int64]
     raw_rotation: Floats
+    events: Any = None
+    of_event: Any = None
+    pieces: Any = None
+    of_piece: Any = None
 
     @classmethod
     def read(cls, file: RunFile, begin: int, end: int) -> Frames:
@@ -112,10 +116,14 @@ class Frames:
         actions, acted = None, frame[:0]
         if file.has_actions:
             actions, acted = _ragged(file, "actions", "action_offsets", begin, end)
+        more: dict[str, Any] = {}
+        if file.has_events:
+            more["events"], more["of_event"] = _ragged(file, "events", "event_offsets", begin, end)
+            more["pieces"], more["of_piece"] = _ragged(file, "pieces", "piece_offsets", begin, end)
         return cls(
             begin, np.asarray(take["time"], dtype=np.float64), in_space(take["position"]), rotation,
             in_space(take["velocity"]), in_space(take["angular_velocity"], spin=True), contacts, frame,
-            actions, acted, np.full(end - begin, -1), raw,
+            actions, acted, np.full(end - begin, -1), raw, **more,
         )  # fmt: skip
 
     def find_steps(self, times: Floats, start: float) -> None:
@@ -136,6 +144,9 @@ class Frames:
         yield "contacts", self.contacts, self.frame
         if self.actions is not None:
             yield "actions", self.actions, self.acted
+        if self.events is not None:
+            yield "events", self.events, self.of_event
+            yield "pieces", self.pieces, self.of_piece
 
     def energies(self, bodies: Bodies, gravity: Floats) -> tuple[Floats, Floats, Floats]:
         """Kinetic and potential energy of each frame, and the sum of the absolute terms of both [J]."""
@@ -234,8 +245,8 @@ def _check_contacts(checks: Checks, file: RunFile, bodies: Bodies, frames: Frame
     if not set(AUDITED) <= set(rows.dtype.names or ()):
         checks["cone"].note = "coefficients of friction are recorded since layout version 2"
         return
-    if not len(rows):
-        return
+    if not len(rows) or file.settings.get("scheme") == "events":
+        return  # of a step that is divided these are sums; the cone is that of each event
     residual = np.zeros(len(frames.time))
     residual[has_step] = steps["residual"]
     check = checks["cone"]

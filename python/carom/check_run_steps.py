@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if __package__:
+    from carom.check_run_events import EVENT_CHECKS, HALF_WAY, Flows
     from carom.check_run_frames import AUDITED, EPS, OPERATIONS, Checks, Frames, in_space, pair_of
     from carom.check_run_rules import (
         END_SHARE,
@@ -28,6 +29,11 @@ if __package__:
         norm,
     )
 else:
+    from check_run_events import (  # type: ignore[import-not-found,no-redef]
+        EVENT_CHECKS,
+        HALF_WAY,
+        Flows,
+    )
     from check_run_frames import (  # type: ignore[import-not-found,no-redef]
         AUDITED,
         EPS,
@@ -77,6 +83,14 @@ def check_pairs(checks: Checks, file: RunFile, bodies: Bodies, gravity: Floats, 
     rule, scheme = file.settings.get("integrator"), file.settings.get("scheme", "fixed_step")
     ends = np.flatnonzero((frames.step[1:] >= 0) & (frames.step[1:] == frames.step[:-1] + 1)) + 1
     apart = "steps between frames are not recorded: run with every=1" if file.every > 1 else ""
+    if scheme == "events" and rule in HALF_WAY:
+        if frames.events is None:
+            apart, ends = apart or "events are not recorded: run with record_events", ends[:0]
+        for name in (*STEP_CHECKS, *EVENT_CHECKS):
+            checks[name].note = checks[name].note or apart
+        if len(ends):
+            Flows(checks, file, bodies, gravity, frames, ends).check()
+        return
     if rule not in END_SHARE or scheme != "fixed_step":
         apart, ends = f"scheme {scheme!r} with integrator {rule!r} is not known here", ends[:0]
     for name in STEP_CHECKS:

@@ -93,14 +93,19 @@ class Ledger:
 class RaggedContacts:
     """Contacts of each frame: structured arrays with fields a, b, point [m], normal (b -> a), gap [m], ..."""
 
+    _offsets = "contact_offsets"
+
     def __init__(self, data: RunData) -> None:
         """Contacts of recorded data."""
         self._data = data
 
+    def _rows(self, begin: int, end: int) -> Records:
+        return self._data.contacts(begin, end)
+
     @property
     def offsets(self) -> npt.NDArray[np.int64]:
         """(f + 1,) int64 array; contacts of frame i are rows offsets[i]:offsets[i + 1]."""
-        return self._data.frames("contact_offsets")
+        return self._data.frames(self._offsets)
 
     def __len__(self) -> int:
         """Number of frames."""
@@ -109,7 +114,7 @@ class RaggedContacts:
     def __getitem__(self, frame: int) -> Records:
         """Contacts of a frame."""
         number = range(len(self))[frame]
-        return self._data.contacts(int(self.offsets[number]), int(self.offsets[number + 1]))
+        return self._rows(int(self.offsets[number]), int(self.offsets[number + 1]))
 
     def __iter__(self) -> Iterator[Records]:
         """Contacts of one frame after another."""
@@ -121,11 +126,29 @@ class RaggedContacts:
 
     def all(self) -> Records:
         """Contacts of all frames, one after another."""
-        return self._data.contacts(0, int(self.offsets[-1]))
+        return self._rows(0, int(self.offsets[-1]))
 
     def __repr__(self) -> str:
         """Counts of frames and contacts."""
         return f"<contacts of {len(self)} frames, {int(self.offsets[-1])} in all>"
+
+
+class RaggedEvents(RaggedContacts):
+    """What the contacts did in each frame's last step: structured arrays as of ``world.event_log``."""
+
+    _offsets = "event_offsets"
+
+    def __init__(self, data: RunData, records: Records) -> None:
+        """Events of recorded data."""
+        super().__init__(data)
+        self._records = records
+
+    def _rows(self, begin: int, end: int) -> Records:
+        return self._records[begin:end]
+
+    def __repr__(self) -> str:
+        """Counts of frames and records."""
+        return f"<events of {len(self)} frames, {int(self.offsets[-1])} records in all>"
 
 
 class Run:
@@ -234,6 +257,26 @@ class Run:
     def contacts(self) -> RaggedContacts:
         """Contacts by frame, or by time with ``.at(t)``."""
         return RaggedContacts(self._data)
+
+    @cached_property
+    def events(self) -> RaggedEvents:
+        """What the contacts did in the last step before each frame, by frame or by time with ``.at(t)``;
+        fields as of ``world.event_log``.
+
+        Raises
+        ------
+        BuildError
+            When they were not recorded.
+        """
+        records = self._data.table("events")
+        if records is None:
+            raise BuildError(
+                "run: events were not recorded; run the scheme 'events' with record_events=True",
+                field="record_events",
+                value=False,
+                remedy="run the scheme 'events' with record_events=True",
+            )
+        return RaggedEvents(self._data, records)
 
     @cached_property
     def ledger(self) -> Ledger:
@@ -407,8 +450,12 @@ class _Whole:
         self.angular_velocity = run.angular_velocity
         self.contact_offsets: npt.NDArray[Any] = run.contacts.offsets
         self.contacts = run.contacts.all()
-        self.actions = run._data.actions()
+        self.actions = run._data.table("actions")
         self.action_offsets: npt.NDArray[Any] = run._data.frames("action_offsets")
+        self.events = run._data.table("events")
+        self.event_offsets: npt.NDArray[Any] = run._data.frames("event_offsets")
+        self.pieces = run._data.table("pieces")
+        self.piece_offsets: npt.NDArray[Any] = run._data.frames("piece_offsets")
         self.steps = run.steps
 
 

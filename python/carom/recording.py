@@ -12,9 +12,15 @@ l actions, d = 2 | 3):
 /frames/angular_velocity            (f, n, 1|3) world axes [rad/s]
 /frames/contact_offsets             (f + 1,)    contacts of frame i: rows offsets[i]:offsets[i + 1]
 /frames/action_offsets              (f + 1,)    actions of frame i, likewise; since version 2
+/frames/event_offsets               (f + 1,)    events of frame i, likewise; since version 3, on demand
+/frames/piece_offsets               (f + 1,)    pieces of frame i, likewise; since version 3, on demand
 /contacts                           (c,)        one record per contact, ``unit`` names each field's
 /actions                            (l,)        what else moved a body in a frame's last step: its loads' mean
                                                 and its position correction; since version 2
+/events                             (e,)        what each contact did in each flow and round of impacts of a
+                                                frame's last step, by the scheme with events
+/pieces                             (p,)        the flows, impacts and projections that each body went through
+                                                in it, in order; none for a single flow through the whole step
 /steps                              (s,)        one record per *step*, ``unit`` names each column's
 /bodies/{name, kind, mass, inertia} (n, ..)     kind 0 dynamic, 1 static, 2 kinematic
 /bodies/extent                      (n,)        largest extent of the shape [m]; since version 2
@@ -25,8 +31,9 @@ l actions, d = 2 | 3):
 
 Writing is single-writer-multiple-reader (SWMR): each append ends in a flush, contacts go first and their
 offsets last, so a reader that trusts the offsets never sees half a frame, and a killed run leaves a readable
-file. Version 2 has what it takes to check a run from its file alone (``carom.check_run``); files of version 1
-are read as before. Knows no physics.
+file. Version 2 has what it takes to check a run from its file alone (``carom.check_run``), version 3 also for
+runs of the scheme with events; older files are read as before. A record of an event has 205 bytes in space
+and 149 in the plane, one of a piece 121 and 73. Knows no physics.
 """
 
 from __future__ import annotations
@@ -49,7 +56,7 @@ Floats = npt.NDArray[np.float64]
 Records = npt.NDArray[np.void]
 
 #: Version of the file layout above [1].
-LAYOUT_VERSION = 2
+LAYOUT_VERSION = 3
 #: Kinds of bodies in the order of their codes.
 KINDS = ("dynamic", "static", "kinematic")
 #: Outcomes of a run in the order of their codes.
@@ -63,9 +70,9 @@ FRAME_UNITS = {
     "angular_velocity": "rad/s",
     "contact_offsets": "1",
     "action_offsets": "1",
+    "event_offsets": "1",
+    "piece_offsets": "1",
 }
-#: Arrays over frames that files of version 1 lack.
-_SINCE_2 = ("action_offsets",)
 CONTACT_UNITS = {
     "point": "m",
     "normal": "1",
@@ -75,6 +82,25 @@ CONTACT_UNITS = {
     "slip": "m/s",
     "impact_impulse": "N s",
     "kick_arm": "m",
+    "moment": "N m s",
+}
+EVENT_UNITS = {
+    "time": "s",
+    "length": "s",
+    "point": "m",
+    "normal": "1",
+    "arm_a": "m",
+    "arm_b": "m",
+    "gap": "m",
+    "impulse": "N s",
+    "moment": "N m s",
+}
+PIECE_UNITS = {
+    "time": "s",
+    "length": "s",
+    "shift": "m",
+    "turn": "rad",
+    "impulse": "N s",
     "moment": "N m s",
 }
 ACTION_UNITS = {"force": "N", "torque": "N m", "correction": "m", "correction_turn": "rad"}
@@ -111,7 +137,14 @@ _PROGRESS = np.dtype(
 )
 _CHUNK_BYTES = 64 * 1024
 #: Offsets, and the records that they divide.
-_RAGGED = {"contact_offsets": "contacts", "action_offsets": "actions"}
+_RAGGED = {
+    "contact_offsets": "contacts",
+    "action_offsets": "actions",
+    "event_offsets": "events",
+    "piece_offsets": "pieces",
+}
+#: Those of them that a file may lack: old ones, and what was not asked for.
+_OPTIONAL = ("action_offsets", "event_offsets", "piece_offsets")
 
 
 class Chunk(Protocol):
@@ -152,6 +185,22 @@ class Chunk(Protocol):
     @property
     def actions(self) -> Records | None:
         """(l,) records; None where they were not recorded."""
+
+    @property
+    def event_offsets(self) -> npt.NDArray[Any]:
+        """(f + 1,) rows of `events` by frame."""
+
+    @property
+    def events(self) -> Records | None:
+        """(e,) records; None where they were not recorded."""
+
+    @property
+    def piece_offsets(self) -> npt.NDArray[Any]:
+        """(f + 1,) rows of `pieces` by frame."""
+
+    @property
+    def pieces(self) -> Records | None:
+        """(p,) records; None where they were not recorded."""
 
     @property
     def steps(self) -> Records:
@@ -201,13 +250,16 @@ class Progress:
 
 
 def unit_of(kind: str, name: str) -> str:
-    """Unit of a column: `kind` is "frames", "contacts", "actions" or "steps"; ledger lines are in J."""
-    if kind == "frames":
-        return FRAME_UNITS.get(name, "1")
-    if kind == "contacts":
-        return CONTACT_UNITS.get(name, "1")
-    if kind == "actions":
-        return ACTION_UNITS.get(name, "1")
+    """Unit of a column: `kind` is "frames", "steps" or a table's name; ledger lines are in J."""
+    units = {
+        "frames": FRAME_UNITS,
+        "contacts": CONTACT_UNITS,
+        "actions": ACTION_UNITS,
+        "events": EVENT_UNITS,
+        "pieces": PIECE_UNITS,
+    }
+    if kind in units:
+        return units[kind].get(name, "1")
     return "J" if name in LEDGER_LINES or name == "closure" else STEP_UNITS.get(name, "1")
 
 
@@ -235,8 +287,9 @@ class RunData(Protocol):
     def contacts(self, begin: int, end: int) -> Records:
         """Contact records by row."""
 
-    def actions(self) -> Records | None:
-        """Action records of all frames, by `frames("action_offsets")`; None where they were not recorded."""
+    def table(self, name: str) -> Records | None:
+        """Records of all frames, "actions", "events" or "pieces", by their offsets among `frames`; None where
+        they were not recorded."""
 
 
 class Recorder(Protocol):
@@ -261,8 +314,7 @@ class MemoryRecorder:
         self.progress = Progress()
         self.path: Path | None = None
         self._frames: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in FRAME_UNITS}
-        self._contacts: list[Records] = []
-        self._actions: list[Records] = []
+        self._tables: dict[str, list[Records]] = {table: [] for table in _RAGGED.values()}
         self._steps: list[Records] = []
         self._joined: dict[str, npt.NDArray[Any]] = {}
 
@@ -272,16 +324,13 @@ class MemoryRecorder:
         for name in _arrays(chunk):
             part = np.asarray(getattr(chunk, name))
             if name in _RAGGED:
-                before = sum(len(records) for records in self._ragged(name))
+                before = sum(len(records) for records in self._tables[_RAGGED[name]])
                 part = part.astype(np.int64)[1:] + before
             self._frames[name].append(part)
-        self._contacts.append(np.asarray(chunk.contacts))
-        if (actions := _actions(chunk)) is not None:
-            self._actions.append(actions)
+        for table, parts in self._tables.items():
+            if (records := _records(chunk, table)) is not None:
+                parts.append(records)
         self._steps.append(np.asarray(chunk.steps))
-
-    def _ragged(self, offsets: str) -> list[Records]:
-        return self._contacts if _RAGGED[offsets] == "contacts" else self._actions
 
     def tell(self, progress: Progress) -> None:
         """Notes how far the run has come."""
@@ -295,6 +344,8 @@ class MemoryRecorder:
         """One array over all frames."""
         if name not in self._joined:
             parts = self._frames[name]
+            if name in _OPTIONAL and not parts:
+                return np.zeros(len(self.frames("time")) + 1, dtype=np.int64)
             if name in _RAGGED:
                 parts = [np.zeros(1, dtype=np.int64), *parts]
             self._joined[name] = np.concatenate(parts)
@@ -308,15 +359,15 @@ class MemoryRecorder:
 
     def contacts(self, begin: int, end: int) -> Records:
         """Contact records by row."""
-        if "contacts" not in self._joined:
-            self._joined["contacts"] = np.concatenate(self._contacts)
-        return self._joined["contacts"][begin:end]
+        records = self.table("contacts")
+        assert records is not None  # every chunk has some
+        return records[begin:end]
 
-    def actions(self) -> Records | None:
-        """Action records of all frames; None where they were not recorded."""
-        if "actions" not in self._joined and self._actions:
-            self._joined["actions"] = np.concatenate(self._actions)
-        return self._joined.get("actions")
+    def table(self, name: str) -> Records | None:
+        """Records of all frames; None where they were not recorded."""
+        if name not in self._joined and self._tables[name]:
+            self._joined[name] = np.concatenate(self._tables[name])
+        return self._joined.get(name)
 
 
 class FileRecorder:
@@ -392,9 +443,10 @@ class FileRecorder:
             example = np.asarray(getattr(chunk, name))
             dtype = np.dtype(np.int64) if name in _RAGGED else example.dtype
             self._growing(group, name, example.shape[1:], dtype).attrs["unit"] = FRAME_UNITS[name]
-        tables = {"contacts": np.asarray(chunk.contacts), "steps": np.asarray(chunk.steps)}
-        if (actions := _actions(chunk)) is not None:
-            tables["actions"] = actions
+        tables = {"steps": np.asarray(chunk.steps)}
+        for table in _RAGGED.values():
+            if (found := _records(chunk, table)) is not None:
+                tables[table] = found
         for name, records in tables.items():
             dataset = self._growing(self._file, name, (), records.dtype)
             columns = records.dtype.names or ()
@@ -472,7 +524,7 @@ class FileData:
         if name not in self._kept:
             end = self._length + (name in _RAGGED)
             with open_run(self.path) as file:
-                if name in _SINCE_2 and f"frames/{name}" not in file:
+                if name in _OPTIONAL and f"frames/{name}" not in file:
                     return np.zeros(end, dtype=np.int64)
                 self._kept[name] = self._growing(file, f"frames/{name}")[:end]
         return self._kept[name]
@@ -489,10 +541,10 @@ class FileData:
         with open_run(self.path) as file:
             return np.asarray(self._growing(file, "contacts")[begin:end])
 
-    def actions(self) -> Records | None:
-        """Action records of all frames; None where they were not recorded."""
+    def table(self, name: str) -> Records | None:
+        """Records of all frames; None where they were not recorded."""
         with open_run(self.path) as file:
-            return np.asarray(file["actions"][...]) if "actions" in file else None
+            return np.asarray(file[name][...]) if name in file else None
 
     def _growing(self, file: Any, name: str) -> Any:
         """A dataset of the run; a run that failed before its first frame has none."""
@@ -560,15 +612,15 @@ def _open(path: Path) -> Any:
         return h5py.File(path, "r", libver="latest", swmr=True)
 
 
-def _actions(chunk: Chunk) -> Records | None:
-    """Action records of a chunk; None where they were not recorded."""
-    actions = getattr(chunk, "actions", None)
-    return None if actions is None else np.asarray(actions)
+def _records(chunk: Chunk, table: str) -> Records | None:
+    """Records of a chunk; None where they were not recorded."""
+    records = getattr(chunk, table, None)
+    return None if records is None else np.asarray(records)
 
 
 def _arrays(chunk: Chunk) -> list[str]:
     """Names of the arrays over frames that a chunk has."""
-    return [name for name in FRAME_UNITS if name not in _SINCE_2 or _actions(chunk) is not None]
+    return [name for name in FRAME_UNITS if name not in _RAGGED or _records(chunk, _RAGGED[name]) is not None]
 
 
 def _extend(dataset: Any, part: npt.NDArray[Any]) -> int:

@@ -13,7 +13,7 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
@@ -67,6 +67,7 @@ def run_world(
     tolerance: float | None = None,
     on_inaccurate: str | None = None,
     every: int = 1,
+    record_events: bool | None = None,
     out: str | Path | None = None,
     progress: ProgressLike = None,
     scene: str = "",
@@ -79,6 +80,8 @@ def run_world(
     duration : simulated time [s]; a last step is shortened to end there
     dt, solver, iterations, tolerance, on_inaccurate : settings for this run alone
     every : record each so-manieth step as a frame; steps are always all recorded
+    record_events : whether to record what each contact did within a frame's last step, which the check of a
+        run of the scheme "events" needs; when absent, where that is the scheme and every step is a frame
     out : HDF5 file to write to; in memory when absent
     progress : True for a bar on stderr, or a function that takes a `Moment`
     scene, scene_name : text and name to keep with the run
@@ -106,8 +109,10 @@ def run_world(
         world._warned = world._warned_of_gain = False
         header = _header(world, step, every, scene, scene_name)
         recorder = record(out, header)
+        wants_events = every == 1 if record_events is None else bool(record_events)
+        wants_events = wants_events and world.settings.get("scheme") == "events"
         with _bar(progress) as tell:
-            return _Loop(world, recorder, duration, step, every, tell).go()
+            return _Loop(world, recorder, duration, step, every, wants_events, tell).go()
 
 
 class _Loop:
@@ -120,6 +125,7 @@ class _Loop:
         duration: float,
         dt: float,
         every: int,
+        wants_events: bool,
         tell: Callable[[Moment], None] | None,
     ) -> None:
         self.world = world
@@ -127,6 +133,7 @@ class _Loop:
         self.duration = duration
         self.dt = dt
         self.every = every
+        self.wants_events = wants_events
         self.tell = tell
         whole = round(duration / dt)
         self.remainder = duration - whole * dt
@@ -149,7 +156,7 @@ class _Loop:
             self.interrupt = interrupt
             self.world._progress = self._solving
             try:
-                self.recorder.append(self.world._frame())
+                self._record(self.world._frame())
                 status = "complete" if self._steps(interrupt) else "interrupted"
             except KeyboardInterrupt:  # the second Ctrl-C, or one that a caller's own handler raised
                 status = "interrupted"
@@ -192,12 +199,18 @@ class _Loop:
         records = np.asarray(chunk.steps)
         self.taken += len(records)
         self.since_frame += len(records) - len(chunk.time) * self.every
-        self.recorder.append(chunk)
+        self._record(chunk)
         self.last = records[-1] if len(records) else self.last
         self.recorder.tell(self._progress("running"))
         if self.tell is not None:
             time = min(self.taken * self.dt, self.duration)
             self.tell(Moment(time, self.duration, self.taken, clock.perf_counter() - self.begun, self.last))
+
+    def _record(self, chunk: Any) -> None:
+        """Hands a chunk on, without the events where they are not wanted."""
+        if not self.wants_events and getattr(chunk, "events", None) is not None:
+            chunk = replace(chunk, events=None, pieces=None)
+        self.recorder.append(chunk)
 
     def _solving(self, stage: str, iterations: int, residual: float) -> None:
         """Told by the engine while a solve is long: passes it on, and ends the step after Ctrl-C."""
@@ -215,7 +228,7 @@ class _Loop:
         if isinstance(getattr(self.world, "_late_error", None), KeyboardInterrupt):
             self.world._late_error = None  # told by this run's end, and not once more by the next call
         if self.since_frame > 0:
-            self.recorder.append(self.world._frame())
+            self._record(self.world._frame())
         self.recorder.tell(self._progress(status))
         run = Run(self.recorder.close())
         self.world.last_run = run

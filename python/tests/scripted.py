@@ -33,6 +33,10 @@ class ScriptedChunk:
     steps: np.ndarray
     action_offsets: np.ndarray = field(default_factory=lambda: np.zeros(1))
     actions: np.ndarray | None = None
+    event_offsets: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    events: np.ndarray | None = None
+    piece_offsets: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    pieces: np.ndarray | None = None
 
 
 class ScriptedWorld:

@@ -70,7 +70,7 @@ def test_every_dataset_states_its_unit_and_the_file_its_versions(tmp_path: Path)
         assert units["gravity"] == "J"
         assert units["contacts"] == "1"
         assert json.loads(file["contacts"].attrs["unit"])["normal_impulse"] == "N s"
-        assert file.attrs["schema_version"] == 2
+        assert file.attrs["schema_version"] == 3
         assert "carom_version" in file.attrs
         assert "created" in file.attrs
         assert json.loads(file["settings"].asstr()[()])["solver"] == "pgs"

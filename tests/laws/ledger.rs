@@ -189,7 +189,7 @@ pub fn impacts_with_unlike_restitution_do_not_make_energy<S: Dimension>() {
 }
 
 /// Bodies that collide with spin, friction and unlike masses, and nothing else in the world.
-fn brawl<S: Dimension>(settings: Settings<S>, bodies: usize) -> World<S> {
+pub fn brawl<S: Dimension>(settings: Settings<S>, bodies: usize) -> World<S> {
     let mut w = world::<S>(Settings { gravity: S::Vector::ZERO, ..settings });
     let mut dice = Dice(31);
     let side = (bodies as f64).sqrt().ceil() as usize;

@@ -23,6 +23,10 @@ struct Recording {
     contacts: Records,
     action_offsets: Vec<i64>,
     actions: Records,
+    event_offsets: Vec<i64>,
+    events: Records,
+    piece_offsets: Vec<i64>,
+    pieces: Records,
     steps: Records,
     error: Option<StepError>,
     /// Number and time of the first step above the tolerance, and why.
@@ -33,9 +37,15 @@ struct Recording {
 
 impl Recording {
     fn new() -> Self {
-        Recording { contact_offsets: vec![0], action_offsets: vec![0], ..Recording::default() }
+        Recording {
+            contact_offsets: vec![0],
+            action_offsets: vec![0],
+            event_offsets: vec![0],
+            piece_offsets: vec![0],
+            ..Recording::default()
+        }
     }
-    /// Appends the present state, and the contacts and actions of the last step.
+    /// Appends the present state, and the contacts, actions and events of the last step.
     fn frame<S: Geometry>(&mut self, world: &World<S>) {
         let motion = &world.bodies().motion;
         self.time.push(world.time());
@@ -43,10 +53,13 @@ impl Recording {
         self.rotation.extend(arrays::flat_rotations::<S>(&motion.rotation));
         self.velocity.extend(arrays::flat(&motion.velocity));
         self.angular_velocity.extend(arrays::flat(&motion.angular_velocity));
-        let count = records::append_contacts(world, &mut self.contacts) as i64;
-        self.contact_offsets.push(self.contact_offsets.last().copied().unwrap_or(0) + count);
-        let count = records::append_actions(world, &mut self.actions) as i64;
-        self.action_offsets.push(self.action_offsets.last().copied().unwrap_or(0) + count);
+        let ends = |offsets: &mut Vec<i64>, count: usize| {
+            offsets.push(offsets.last().copied().unwrap_or(0) + count as i64);
+        };
+        ends(&mut self.contact_offsets, records::append_contacts(world, &mut self.contacts));
+        ends(&mut self.action_offsets, records::append_actions(world, &mut self.actions));
+        ends(&mut self.event_offsets, records::append_events(world, &mut self.events));
+        ends(&mut self.piece_offsets, records::append_pieces(world, &mut self.pieces));
     }
     /// Flat arrays by name; the Python side gives them their shapes.
     fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
@@ -61,10 +74,16 @@ impl Recording {
         for (name, numbers) in frames {
             dict.set_item(name, PyArray1::from_vec(py, numbers))?;
         }
-        dict.set_item("contact_offsets", PyArray1::from_vec(py, self.contact_offsets))?;
-        dict.set_item("action_offsets", PyArray1::from_vec(py, self.action_offsets))?;
-        dict.set_item("actions", PyArray1::from_vec(py, self.actions.0))?;
-        dict.set_item("contacts", PyArray1::from_vec(py, self.contacts.0))?;
+        let ragged = [
+            ("contact_offsets", self.contact_offsets, "contacts", self.contacts),
+            ("action_offsets", self.action_offsets, "actions", self.actions),
+            ("event_offsets", self.event_offsets, "events", self.events),
+            ("piece_offsets", self.piece_offsets, "pieces", self.pieces),
+        ];
+        for (name, offsets, table, records) in ragged {
+            dict.set_item(name, PyArray1::from_vec(py, offsets))?;
+            dict.set_item(table, PyArray1::from_vec(py, records.0))?;
+        }
         dict.set_item("steps", PyArray1::from_vec(py, self.steps.0))?;
         dict.set_item("inaccurate", self.inaccurate)?;
         dict.set_item("gaining", self.gaining)?;

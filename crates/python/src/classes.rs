@@ -10,7 +10,7 @@ use crate::problem::{PlainCsr, PlainResidual, Problem};
 use crate::records::{self, Field};
 use crate::settings;
 use crate::shared::Core;
-use crate::step::{self, PlainFinding};
+use crate::step::{self, PlainFinding, PlainGroup};
 use crate::views;
 use carom::{Ledger, Planar, Settings, SolveSettings, Space, Spatial, World};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
@@ -214,6 +214,9 @@ macro_rules! stamp {
             fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u8>>> {
                 step::contacts(&self.core, py)
             }
+            fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u8>>> {
+                step::events(&self.core, py)
+            }
             fn energy(&self, py: Python<'_>) -> PyResult<(f64, f64, f64)> {
                 step::energy(&self.core, py)
             }
@@ -222,6 +225,15 @@ macro_rules! stamp {
             }
             fn ledger(&self, py: Python<'_>) -> PyResult<[f64; Ledger::NAMES.len()]> {
                 Ok(self.core.loan(py)?.world.ledger().lines())
+            }
+            fn set_groups(&self, py: Python<'_>, groups: Vec<(String, Option<Vec<String>>)>) -> PyResult<()> {
+                step::set_groups(&self.core, py, groups)
+            }
+            fn groups(&self, py: Python<'_>) -> PyResult<Vec<(String, Option<Vec<String>>)>> {
+                step::groups(&self.core, py)
+            }
+            fn group_ledgers(&self, py: Python<'_>) -> PyResult<Vec<PlainGroup>> {
+                step::group_ledgers(&self.core, py)
             }
             fn problem(&self, py: Python<'_>, dt: Option<f64>, phase: &str) -> PyResult<$problem> {
                 step::problem(&self.core, py, dt, phase).map(|inner| $problem { inner })
@@ -239,6 +251,14 @@ macro_rules! stamp {
             #[staticmethod]
             fn action_fields() -> Vec<Field> {
                 records::action_fields::<$space>()
+            }
+            #[staticmethod]
+            fn event_fields() -> Vec<Field> {
+                records::event_fields::<$space>()
+            }
+            #[staticmethod]
+            fn piece_fields() -> Vec<Field> {
+                records::piece_fields::<$space>()
             }
             #[staticmethod]
             fn step_fields() -> Vec<Field> {

@@ -20,7 +20,7 @@ mod views;
 
 use carom::geometry::{Decomposition, decompose as decompose_mesh};
 use carom::solver::collision;
-use carom::{Ledger, OnInaccurate, SolverKind, Vec3, vec3};
+use carom::{EventKind, Ledger, MomentumLedger, OnInaccurate, PieceKind, SolverKind, Vec3, vec3};
 use classes::{PlanarPieces, PlanarProblem, PlanarWorld, SpatialPieces, SpatialProblem, SpatialWorld};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::IntoPyObjectExt;
@@ -94,10 +94,13 @@ fn _carom(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(normal_impulse, m)?)?;
     m.add_function(wrap_pyfunction!(energy_lost, m)?)?;
     m.add("LEDGER_LINES", Ledger::NAMES.to_vec())?;
+    m.add("MOMENTUM_LINES", MomentumLedger::<Vec3>::NAMES.to_vec())?;
     m.add("SOLVERS", SolverKind::ALL.map(SolverKind::name).to_vec())?;
     m.add("FRICTION_SOLVERS", friction_problem::solver_names())?;
     m.add("STOPS", records::STOPS.to_vec())?;
     m.add("CONTACT_STATUS", records::CONTACT_STATUS.to_vec())?;
+    m.add("EVENT_KINDS", EventKind::NAMES.to_vec())?;
+    m.add("PIECE_KINDS", PieceKind::NAMES.to_vec())?;
     m.add("ON_INACCURATE", OnInaccurate::ALL.map(OnInaccurate::name).to_vec())?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -2,7 +2,7 @@
 //! stated once, beside the function that writes it.
 
 use carom::solver::{Impulse, Twist};
-use carom::{Column, Geometry, Ledger, Space, StepReport, Stop, Touch, World, Wrench};
+use carom::{Column, ContactSum, Geometry, Ledger, Space, StepReport, Stop, Touch, World, Wrench};
 
 /// A column of a record: name, numpy's code of its type, numbers in it (0: a plain number).
 pub type Field = (&'static str, &'static str, usize);
@@ -81,13 +81,40 @@ struct Push<S: Space> {
     moment: S::Spin,
 }
 
+/// Velocity of a's point against b's across the normal, from the arms to both.
+fn slip<S: Geometry>(world: &World<S>, t: &Touch<S>, arm_a: S::Vector, arm_b: S::Vector) -> S::Vector {
+    let motion = &world.bodies().motion;
+    let u = motion.twist(t.a).at(arm_a) - motion.twist(t.b).at(arm_b);
+    u - t.normal * u.dot(t.normal)
+}
+
+/// Sums over a step with events, touch by touch, as its log has them.
+fn summed<S: Geometry>(world: &World<S>, sums: &[ContactSum<S>]) -> Vec<Push<S>> {
+    let motion = &world.bodies().motion;
+    let push = |(t, sum): (&Touch<S>, &ContactSum<S>)| {
+        let arm = |i: usize| t.point - motion.position[i];
+        let tangent = S::Slip::from_fn(|i| sum.impulse.dot(S::tangent(t.normal, i)));
+        Push {
+            total: Impulse { normal: sum.impulse.dot(t.normal), tangent },
+            strikes: sum.impact != S::Vector::ZERO,
+            friction_size: tangent.norm(),
+            slip: slip(world, t, arm(t.a), arm(t.b)),
+            impact: sum.impact,
+            kick_normal: t.normal,
+            kick_arm: arm(t.a),
+            moment: sum.moment,
+        }
+    };
+    world.touches().iter().zip(sums).map(push).collect()
+}
+
 /// Sums impulses of impact and of persistent contact, touch by touch.
 fn pushes<S: Geometry>(world: &World<S>) -> Vec<Push<S>> {
+    if let Some(sums) = world.last_sums() {
+        return summed(world, sums);
+    }
     let motion = &world.bodies().motion;
-    let across = |t: &Touch<S>, arm_a: S::Vector, arm_b: S::Vector| {
-        let u = motion.twist(t.a).at(arm_a) - motion.twist(t.b).at(arm_b);
-        u - t.normal * u.dot(t.normal)
-    };
+    let across = |t: &Touch<S>, arm_a: S::Vector, arm_b: S::Vector| slip(world, t, arm_a, arm_b);
     let nothing = Impulse { normal: 0.0, tangent: S::Slip::ZERO };
     let strikes = world.last_strikes().iter().copied().chain(std::iter::repeat(nothing));
     let mut all: Vec<Push<S>> = (world.touches().iter().zip(strikes))
@@ -195,6 +222,81 @@ pub fn append_actions<S: Geometry>(world: &World<S>, out: &mut Records) -> usize
     count
 }
 
+/// Columns of what a contact did in a flow or a round of impacts.
+pub fn event_fields<S: Space>() -> Vec<Field> {
+    vec![
+        ("act", "i4", 0),
+        ("kind", "u1", 0),
+        ("time", "f8", 0),
+        ("length", "f8", 0),
+        ("a", "i4", 0),
+        ("b", "i4", 0),
+        ("id", "u8", 0),
+        ("point", "f8", S::DIM),
+        ("normal", "f8", S::DIM),
+        ("arm_a", "f8", S::DIM),
+        ("arm_b", "f8", S::DIM),
+        ("gap", "f8", 0),
+        ("impulse", "f8", S::DIM),
+        ("moment", "f8", S::SPIN),
+        ("friction", "f8", 0),
+        ("restitution", "f8", 0),
+    ]
+}
+
+/// Appends what the contacts did in the world's last step, act by act; returns how many records.
+pub fn append_events<S: Geometry>(world: &World<S>, out: &mut Records) -> usize {
+    let Some(log) = world.last_events() else { return 0 };
+    for r in &log.contacts {
+        out.i4(r.act);
+        out.u1(r.kind.code());
+        out.all(&[r.time, r.length]);
+        out.i4(r.a);
+        out.i4(r.b);
+        out.u8(r.id);
+        out.all(r.point.as_slice());
+        out.all(r.normal.as_slice());
+        out.all(r.arm_a.as_slice());
+        out.all(r.arm_b.as_slice());
+        out.f8(r.gap);
+        out.all(r.impulse.as_slice());
+        out.all(r.moment.as_slice());
+        out.all(&[r.friction, r.restitution]);
+    }
+    log.contacts.len()
+}
+
+/// Columns of a piece of a body's way through a step.
+pub fn piece_fields<S: Space>() -> Vec<Field> {
+    vec![
+        ("act", "i4", 0),
+        ("kind", "u1", 0),
+        ("body", "i4", 0),
+        ("time", "f8", 0),
+        ("length", "f8", 0),
+        ("shift", "f8", S::DIM),
+        ("turn", "f8", S::SPIN),
+        ("impulse", "f8", S::DIM),
+        ("moment", "f8", S::SPIN),
+    ]
+}
+
+/// Appends the pieces of the bodies' ways through the world's last step; returns how many.
+pub fn append_pieces<S: Geometry>(world: &World<S>, out: &mut Records) -> usize {
+    let Some(log) = world.last_events() else { return 0 };
+    for p in &log.pieces {
+        out.i4(p.act);
+        out.u1(p.kind.code());
+        out.i4(p.body);
+        out.all(&[p.time, p.length]);
+        out.all(p.shift.as_slice());
+        out.all(p.turn.as_slice());
+        out.all(p.impulse.as_slice());
+        out.all(p.moment.as_slice());
+    }
+    log.pieces.len()
+}
+
 /// Columns of a step.
 pub fn step_fields<S: Space>() -> Vec<Field> {
     let spin = if S::SPIN == 1 { 0 } else { S::SPIN };
@@ -211,6 +313,7 @@ pub fn step_fields<S: Space>() -> Vec<Field> {
         ("iterations", "i4", 0),
         ("contacts", "i4", 0),
         ("stop", "u1", 0),
+        ("guarded", "i4", 0),
         ("deepest_gap", "f8", 0),
         ("kinetic", "f8", 0),
         ("potential", "f8", 0),
@@ -250,6 +353,7 @@ pub fn append_step<S: Space>(report: &StepReport<S>, out: &mut Records) {
     out.i4(report.iterations());
     out.i4(report.contacts);
     out.u1(stop_code(report));
+    out.i4(report.impacts.guarded);
     out.f8(report.deepest.map_or(f64::NAN, |(gap, _, _)| gap));
     out.f8(report.energy.kinetic());
     out.f8(report.energy.potential);

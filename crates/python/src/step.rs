@@ -7,7 +7,8 @@ use crate::problem::Problem;
 use crate::records::{self, Records};
 use crate::shared::Core;
 use carom::{
-    BuildError, Column, Explanation, Geometry, IslandReport, Phase, StepReport, World, solver::Entry,
+    BuildError, Column, Explanation, Geometry, GroupReport, IslandReport, Ledger, LedgerGroup, Phase,
+    StepReport, World, solver::Entry,
 };
 use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
@@ -227,8 +228,57 @@ fn plain_report<'py, S: Geometry>(
         events_of(report).into_bound_py_any(py)?,
         told.islands.into_bound_py_any(py)?,
         told.findings.into_bound_py_any(py)?,
+        report.groups.iter().map(plain_group).collect::<Vec<_>>().into_bound_py_any(py)?,
     ];
     PyTuple::new(py, fields)
+}
+
+/// The books of a group: name, kinetic and potential energy \[J\], momentum, angular momentum, lines of the ledger \[J\],
+/// lines of momentum and of angular momentum.
+pub type PlainGroup =
+    (String, f64, f64, Vec<f64>, Vec<f64>, [f64; Ledger::NAMES.len()], Vec<Vec<f64>>, Vec<Vec<f64>>);
+
+fn plain_group<S: Geometry>(group: &GroupReport<S>) -> PlainGroup {
+    (
+        group.name.clone(),
+        group.energy.kinetic(),
+        group.energy.potential,
+        group.momenta.linear.as_slice().to_vec(),
+        group.momenta.angular.as_slice().to_vec(),
+        group.ledger.lines(),
+        group.momentum.lines().iter().map(|line| line.as_slice().to_vec()).collect(),
+        group.angular_momentum.lines().iter().map(|line| line.as_slice().to_vec()).collect(),
+    )
+}
+
+/// Asks for the books of groups: names, and the names of their bodies or nothing for all that can move.
+///
+/// # Errors
+/// `BuildError` naming the group and what is wrong with it, `BusyError`.
+pub fn set_groups<S: Geometry>(
+    core: &Core<S>,
+    py: Python<'_>,
+    groups: Vec<(String, Option<Vec<String>>)>,
+) -> PyResult<()> {
+    let groups = groups.into_iter().map(|(name, bodies)| LedgerGroup { name, bodies }).collect();
+    core.loan(py)?.world.set_ledger_groups(groups).map_err(|e| errors::build(py, &e))
+}
+
+/// The groups that books are kept of.
+///
+/// # Errors
+/// `BusyError` while a step is running.
+pub fn groups<S: Geometry>(core: &Core<S>, py: Python<'_>) -> PyResult<Vec<(String, Option<Vec<String>>)>> {
+    let loan = core.loan(py)?;
+    Ok(loan.world.ledger_groups().iter().map(|g| (g.name.clone(), g.bodies.clone())).collect())
+}
+
+/// The books of the groups since they were asked for.
+///
+/// # Errors
+/// `BusyError` while a step is running.
+pub fn group_ledgers<S: Geometry>(core: &Core<S>, py: Python<'_>) -> PyResult<Vec<PlainGroup>> {
+    Ok(core.loan(py)?.world.group_ledgers().iter().map(plain_group).collect())
 }
 
 /// What happened within the step, in the order of the Python side's `EventReport`.
@@ -244,6 +294,16 @@ fn events_of<S: Geometry>(report: &StepReport<S>) -> (usize, usize, usize, usize
 pub fn contacts<'py, S: Geometry>(core: &Core<S>, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u8>>> {
     let mut records = Records::default();
     records::append_contacts(&core.loan(py)?.world, &mut records);
+    Ok(PyArray1::from_vec(py, records.0))
+}
+
+/// What the contacts did in the last step, act by act, as bytes of records.
+///
+/// # Errors
+/// `BusyError` while a step is running.
+pub fn events<'py, S: Geometry>(core: &Core<S>, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u8>>> {
+    let mut records = Records::default();
+    records::append_events(&core.loan(py)?.world, &mut records);
     Ok(PyArray1::from_vec(py, records.0))
 }
 

@@ -41,8 +41,11 @@ pub use force::{ForceField, Wrench};
 pub use integrate::Integrator;
 pub use material::{MaterialPair, Mixing};
 pub use narrow_phase::Touch;
+pub use observe::accounts::{Account, MomentumLedger};
 pub use observe::energy::{Energy, Momenta};
+pub use observe::event_log::{ContactSum, EventKind, EventLog, EventRecord, Piece, PieceKind};
 pub use observe::explain::{Explanation, Finding, Topic};
+pub use observe::groups::{GroupReport, LedgerGroup};
 pub use observe::ledger::Ledger;
 pub use observe::report::{Events, ImpactReport, SolveReport, StepReport};
 pub use settings::{

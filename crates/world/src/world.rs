@@ -9,7 +9,9 @@ use crate::integrate::Step;
 use crate::material::MaterialPair;
 use crate::narrow_phase::{NarrowPhase, Touch};
 use crate::observe::energy::{Energy, Momenta};
+use crate::observe::event_log::{ContactSum, EventLog};
 use crate::observe::explain::{Explanation, Scene, phase_of};
+use crate::observe::groups::{GroupReport, Groups, LedgerGroup};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::StepReport;
 use crate::settings::{Scheme, Settings};
@@ -64,6 +66,7 @@ pub struct World<S: Geometry> {
     pub(crate) steps: u64,
     pub(crate) warm: WarmStart<S>,
     pub(crate) ledger: Ledger,
+    groups: Groups<S>,
     fields: Vec<(String, Box<dyn ForceField<S>>)>,
     applied: Vec<Wrench<S>>,
     narrow_phase: NarrowPhase<S>,
@@ -90,6 +93,7 @@ impl<S: Geometry> World<S> {
             steps: 0,
             warm: WarmStart::default(),
             ledger: Ledger::default(),
+            groups: Groups::default(),
             fields: Vec::new(),
             applied: Vec::new(),
             narrow_phase: NarrowPhase::default(),
@@ -116,6 +120,7 @@ impl<S: Geometry> World<S> {
     pub fn remove(&mut self, name: &str) -> Result<(), BuildError> {
         let index = self.bodies.find(name).ok_or_else(|| self.bodies.unknown(name))?;
         self.bodies.remove(name)?;
+        self.groups.forget(name);
         self.applied.remove(index);
         self.touches.clear();
         self.schemes = Schemes::default();
@@ -222,6 +227,24 @@ impl<S: Geometry> World<S> {
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
     }
+    /// Asks for the books of groups of bodies, from here on and in each step's report: energy, momentum and angular
+    /// momentum by cause. Replaces the groups there were; none end it. Snapshots do not have them.
+    ///
+    /// # Errors
+    /// [`BuildError`] for a group's name that is empty or taken, or a body that is not there, named twice or an
+    /// obstacle; the old groups stay then.
+    pub fn set_ledger_groups(&mut self, groups: Vec<LedgerGroup>) -> Result<(), BuildError> {
+        self.groups = Groups::new(groups, &self.bodies)?;
+        Ok(())
+    }
+    /// The groups that books are kept of.
+    pub fn ledger_groups(&self) -> &[LedgerGroup] {
+        self.groups.list()
+    }
+    /// The books of the groups since they were asked for; energies and momenta are those after the last step.
+    pub fn group_ledgers(&self) -> &[GroupReport<S>] {
+        &self.groups.totals
+    }
     /// Contacts found at the start of the last step.
     pub fn touches(&self) -> &[Touch<S>] {
         &self.touches
@@ -245,6 +268,15 @@ impl<S: Geometry> World<S> {
     pub fn last_strike_moments(&self) -> &[S::Spin] {
         &self.schemes.impacts().moments
     }
+    /// What happened in the last step, act by act; `None` unless the scheme with events took it.
+    pub fn last_events(&self) -> Option<&EventLog<S>> {
+        self.schemes.log()
+    }
+    /// What each of `touches` did in the whole last step, over its flows and impacts; `None` unless the scheme with
+    /// events took it. Its last problem and impulses are those of each island's last flow.
+    pub fn last_sums(&self) -> Option<&[ContactSum<S>]> {
+        self.schemes.sums()
+    }
     /// Applied loads of the last step on each body, their mean over the step; entries of bodies that forces do not
     /// move mean nothing.
     pub fn last_loads(&self) -> &[Wrench<S>] {
@@ -264,6 +296,7 @@ impl<S: Geometry> World<S> {
         let motion = self.bodies.motion.clone();
         let (warm, applied, touches) = (self.warm.clone(), self.applied.clone(), self.touches.clone());
         let (time, steps, ledger) = (self.time, self.steps, self.ledger);
+        let groups = std::mem::take(&mut self.groups);
         let taken = self.step(dt);
         // a step that succeeded left its problem in the scheme and the one before in the spare, a refused one
         // has them swapped back already: either way the tried scheme is taken out and the old one stays
@@ -273,7 +306,7 @@ impl<S: Geometry> World<S> {
         let tried = std::mem::take(&mut self.spare.1);
         self.bodies.motion.copy_from(&motion);
         (self.warm, self.applied, self.touches) = (warm, applied, touches);
-        (self.time, self.steps, self.ledger) = (time, steps, ledger);
+        (self.time, self.steps, self.ledger, self.groups) = (time, steps, ledger, groups);
         match taken {
             Err(
                 StepError::SolverRefused { phase: refused, .. }
@@ -386,6 +419,7 @@ impl<S: Geometry> World<S> {
 
     fn advance(&mut self, dt: f64, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
         let before = self.energy();
+        let of_groups = self.groups.states(&self.bodies, self.settings.gravity);
         let mut stopped = false;
         let scheme = self.advance_scheme(dt, &mut |progress| {
             let goes_on = watch(progress);
@@ -399,7 +433,7 @@ impl<S: Geometry> World<S> {
         }
         self.normalize_rotations();
         self.check_after()?;
-        Ok(self.observe(before, scheme, dt))
+        Ok(self.observe(before, &of_groups, scheme, dt))
     }
 
     fn advance_scheme(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport, StepError> {
@@ -413,6 +447,7 @@ impl<S: Geometry> World<S> {
         let outside = Outside { loads: &mut loads, watch };
         let (bodies, settings, warm) = (&mut self.bodies, &self.settings, &mut self.warm);
         self.schemes.ran = settings.scheme;
+        self.schemes.begin_accounts(bodies.len(), !self.groups.is_empty());
         match settings.scheme {
             Scheme::FixedStep => {
                 self.narrow_phase.update(bodies, settings, dt, &mut self.touches);
@@ -426,8 +461,16 @@ impl<S: Geometry> World<S> {
         }
     }
 
-    fn observe(&mut self, before: Energy, scheme: SchemeReport, dt: f64) -> StepReport<S> {
+    fn observe(
+        &mut self,
+        before: Energy,
+        of_groups: &[(Energy, Momenta<S>)],
+        scheme: SchemeReport,
+        dt: f64,
+    ) -> StepReport<S> {
         let energy = self.energy();
+        let (accounts, gravity) = (self.schemes.accounts(), self.settings.gravity);
+        let groups = self.groups.close(of_groups, accounts, &self.bodies, gravity);
         let mut ledger = scheme.ledger;
         ledger.closure = energy.total() - before.total() - ledger.sum();
         self.ledger.add(&ledger);
@@ -451,6 +494,7 @@ impl<S: Geometry> World<S> {
             energy,
             momenta: self.momenta(),
             ledger,
+            groups,
         }
     }
 

@@ -44,6 +44,12 @@ def run_command(
         int | None,
         typer.Option(help="Steps between recorded frames; 60 frames per simulated second when absent."),
     ] = None,
+    record_events: Annotated[
+        bool | None,
+        typer.Option(
+            help="Record what contacts did within steps of the scheme 'events'; when absent, if --every is 1."
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="HDF5 file to record into; SCENE.h5 here when absent, 'none' for no file."),
@@ -70,7 +76,10 @@ def run_command(
     path = _out(wanted, out)
     frames = every if every is not None else max(1, round(1 / (FRAME_RATE * world.settings["dt"])))
     duration = time if time is not None else wanted.duration
-    options: dict[str, Any] = {"every": frames, "out": path, "scene": wanted.text, "scene_name": wanted.name}
+    options: dict[str, Any] = {
+        "every": frames, "record_events": record_events, "out": path,
+        "scene": wanted.text, "scene_name": wanted.name,
+    }  # fmt: skip
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", InaccurateWarning)

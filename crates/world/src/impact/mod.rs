@@ -20,6 +20,8 @@ use crate::bodies::Bodies;
 use crate::error::StepError;
 use crate::impact::part::{Islands, Part};
 use crate::narrow_phase::Touch;
+use crate::observe::accounts::{Accounts, Cause};
+use crate::observe::event_log::{Acted, EventKind, EventLog, PieceKind};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{ImpactReport, SolveReport};
 use crate::settings::{EnergyGuard, ImpactLaw, Settings};
@@ -48,6 +50,10 @@ pub struct Impacts<S: Geometry> {
     pub ended_plastic: usize,
     /// Moment of rolling and spinning friction of each of the step's touches over all rounds, in world axes.
     pub moments: Vec<S::Spin>,
+    /// The rounds of the last call of `resolve`, where they are asked for (`Thresholds::thorough`); times are 0.
+    pub log: EventLog<S>,
+    /// What each body is given by the impacts, added up over calls of `resolve`; whose scheme asks for it makes it.
+    pub accounts: Accounts<S>,
     /// Energy that the guarded islands' own law gains \[J\].
     gain: f64,
     /// Bodies of the contact that gains most.
@@ -78,6 +84,8 @@ impl<S: Geometry> Default for Impacts<S> {
             guarded: 0,
             ended_plastic: 0,
             moments: Vec::new(),
+            log: EventLog::default(),
+            accounts: Accounts::default(),
             gain: 0.0,
             gaining: None,
             after: Vec::new(),
@@ -135,6 +143,9 @@ impl<S: Geometry> Impacts<S> {
             }
             self.assemble(bodies, touches, law, settings);
             let solved = self.strike(bodies, law, settings, limits, watched, ledger);
+            if thresholds.thorough {
+                self.log_round(bodies, touches);
+            }
             let refused = matches!(solved.stop, Stop::Refused(_) | Stop::Interrupted);
             report = Some(match report {
                 Some(before) => joined(before, solved),
@@ -163,6 +174,7 @@ impl<S: Geometry> Impacts<S> {
         self.totals.resize(touches, Impulse::default());
         self.moments.clear();
         self.moments.resize(touches, S::Spin::ZERO);
+        self.log.clear();
         (self.rounds, self.guarded, self.ended_plastic) = (0, 0, 0);
         (self.gain, self.gaining) = (0.0, None);
     }
@@ -201,6 +213,7 @@ impl<S: Geometry> Impacts<S> {
         self.after.extend_from_slice(&self.problem.velocities);
         self.problem.apply(&self.impulses, &mut self.after);
         self.book(bodies, ledger);
+        self.account(bodies);
         assembly::write_back(bodies, &self.after);
         let worst = assembly::bodies_of(&self.problem, outcome.residual.worst);
         SolveReport::new(outcome, self.problem.contacts.len(), worst)
@@ -293,12 +306,41 @@ impl<S: Geometry> Impacts<S> {
         }
     }
 
+    fn account(&mut self, bodies: &Bodies<S>) {
+        let mut accounts = std::mem::take(&mut self.accounts);
+        let velocities = (self.problem.velocities.as_slice(), self.after.as_slice());
+        let cause = |k| if self.is_cut(k) { Cause::RestCut } else { Cause::Impact };
+        accounts.kick(bodies, &self.problem, &self.impulses, velocities, cause);
+        self.accounts = accounts;
+    }
+
+    /// True for a contact of the present round that could bounce and does not.
+    fn is_cut(&self, k: usize) -> bool {
+        self.problem.contacts[k].restitution > 0.0 && !self.bounces[k]
+    }
+
+    /// Writes down what the contacts of the present round did.
+    fn log_round(&mut self, bodies: &Bodies<S>, touches: &[Touch<S>]) {
+        let struck: Vec<Touch<S>> = self.struck.iter().map(|&k| touches[k]).collect();
+        let mut log = std::mem::take(&mut self.log);
+        let (time, length) = (0.0, 0.0);
+        let acted =
+            Acted { time, length, touches: &struck, problem: &self.problem, impulses: &self.impulses };
+        log.add(&acted, |k| if self.is_cut(k) { EventKind::RestCut } else { EventKind::Impact });
+        let mut movers: Vec<usize> = struck.iter().flat_map(|t| [t.a, t.b]).collect();
+        movers.retain(|&i| bodies.is_dynamic(i));
+        movers.sort_unstable();
+        movers.dedup();
+        log.end_act(PieceKind::Impact, time, length, movers.into_iter());
+        log.add_rows(&self.problem, &self.impulses);
+        self.log = log;
+    }
+
     fn book(&self, bodies: &Bodies<S>, ledger: &mut Ledger) {
         let mut lines = Ledger::default();
         let (mut normal, mut rest_cut, mut friction) = (0.0, 0.0, 0.0);
         let book = |k: usize, n: f64, t: f64| {
-            let cut = self.problem.contacts[k].restitution > 0.0 && !self.bounces[k];
-            if cut {
+            if self.is_cut(k) {
                 rest_cut += n
             } else {
                 normal += n

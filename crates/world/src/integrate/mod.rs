@@ -40,12 +40,14 @@ pub enum Integrator {
 pub type Loads<'a, S> = dyn FnMut(f64, &Bodies<S>, &mut Vec<Wrench<S>>) -> Result<(), StepError> + 'a;
 
 /// What an integrator's drift before the kick did to the energy besides moving freely.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DriftWork {
     /// Work of gravity \[J\].
     pub gravity: f64,
     /// Work of applied loads \[J\].
     pub applied: f64,
+    /// Both, body by body, where the drift has loads inside it.
+    pub of_bodies: Vec<(f64, f64)>,
 }
 
 /// What acts on the bodies during a step.

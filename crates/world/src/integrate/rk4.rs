@@ -45,7 +45,7 @@ pub fn advance<S: Geometry>(
     let mut end = start.clone();
     let mut wrenches = Vec::new();
     let mut rates: Vec<Rate<S>> = Vec::new();
-    let mut work = DriftWork::default();
+    let mut work = DriftWork { of_bodies: vec![(0.0, 0.0); n], ..DriftWork::default() };
     mean.clear();
     mean.resize(n, Wrench::default());
     for (weight, at) in STAGES {
@@ -59,6 +59,7 @@ pub fn advance<S: Geometry>(
             end[i] = advanced(&end[i], &rates[i], weight * step.dt);
             mean[i].add(&Wrench { force: wrenches[i].force * weight, torque: wrenches[i].torque * weight });
             work.applied += weight * step.dt * rates[i].power;
+            work.of_bodies[i].1 += weight * step.dt * rates[i].power;
         }
     }
     for i in 0..n {
@@ -67,7 +68,9 @@ pub fn advance<S: Geometry>(
             set_spin_momentum(bodies, i, end[i].l);
         }
         if bodies.is_dynamic(i) {
-            work.gravity += bodies.data[i].mass_properties.mass * step.gravity.dot(end[i].x - start[i].x);
+            let paid = bodies.data[i].mass_properties.mass * step.gravity.dot(end[i].x - start[i].x);
+            work.gravity += paid;
+            work.of_bodies[i].0 = paid;
         }
         bodies.motion.position[i] += end[i].v * (-0.5 * step.dt);
     }

@@ -19,8 +19,16 @@ pub struct Energy {
 impl Energy {
     /// Sum over all bodies that can move, in order of index.
     pub fn of<S: Geometry>(bodies: &Bodies<S>, gravity: S::Vector) -> Self {
+        let movers = (0..bodies.len()).filter(|&i| bodies.is_dynamic(i));
+        Energy::sum(bodies, movers, gravity)
+    }
+    /// Sum over some of them, given by their indices.
+    pub fn of_some<S: Geometry>(bodies: &Bodies<S>, some: &[usize], gravity: S::Vector) -> Self {
+        Energy::sum(bodies, some.iter().copied(), gravity)
+    }
+    fn sum<S: Geometry>(bodies: &Bodies<S>, some: impl Iterator<Item = usize>, gravity: S::Vector) -> Self {
         let mut e = Energy::default();
-        for i in (0..bodies.len()).filter(|&i| bodies.is_dynamic(i)) {
+        for i in some {
             e.translational += bodies.translational_energy(i);
             e.rotational += bodies.rotational_energy(i);
             e.potential -= bodies.data[i].mass_properties.mass * gravity.dot(bodies.motion.position[i]);
@@ -50,8 +58,15 @@ pub struct Momenta<S: Space> {
 impl<S: Geometry> Momenta<S> {
     /// Sum over all bodies that can move.
     pub fn of(bodies: &Bodies<S>) -> Self {
+        Momenta::sum(bodies, (0..bodies.len()).filter(|&i| bodies.is_dynamic(i)))
+    }
+    /// Sum over some of them, given by their indices.
+    pub fn of_some(bodies: &Bodies<S>, some: &[usize]) -> Self {
+        Momenta::sum(bodies, some.iter().copied())
+    }
+    fn sum(bodies: &Bodies<S>, some: impl Iterator<Item = usize>) -> Self {
         let mut m = Momenta { linear: S::Vector::ZERO, angular: S::Spin::ZERO };
-        for i in (0..bodies.len()).filter(|&i| bodies.is_dynamic(i)) {
+        for i in some {
             m.linear += bodies.momentum(i);
             m.angular += bodies.angular_momentum(i);
         }

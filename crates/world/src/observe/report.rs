@@ -1,6 +1,7 @@
 //! What a step tells of itself.
 
 use crate::observe::energy::{Energy, Momenta};
+use crate::observe::groups::GroupReport;
 use crate::observe::ledger::Ledger;
 use carom_math::Space;
 use carom_solver::{IslandReport, Outcome, SolverKind, Stop};
@@ -143,6 +144,9 @@ pub struct StepReport<S: Space> {
     pub momenta: Momenta<S>,
     /// Where the step's energy went.
     pub ledger: Ledger,
+    /// The books of the groups that were asked for ([`crate::World::set_ledger_groups`]).
+    #[serde(default)]
+    pub groups: Vec<GroupReport<S>>,
 }
 
 impl<S: Space> StepReport<S> {

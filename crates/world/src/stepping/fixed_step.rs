@@ -13,6 +13,7 @@ use crate::impact::{Impacts, Role, Thresholds, Watched};
 use crate::integrate::{DriftWork, Integrator, Loads, Step};
 use crate::mid_step::MidStep;
 use crate::narrow_phase::{Touch, normal_velocity, smallest_extent};
+use crate::observe::accounts::{Accounts, Cause, Motive};
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
@@ -48,6 +49,8 @@ pub struct FixedStep<S: Geometry> {
     /// The applied loads of the last step, their mean over it; entries of bodies that forces do not move mean nothing.
     pub loads: Vec<Wrench<S>>,
     overlaps: Vec<Overlap<S>>,
+    /// What each body was given in the last step, where that is asked for.
+    pub accounts: Accounts<S>,
 }
 
 impl<S: Geometry> Default for FixedStep<S> {
@@ -70,6 +73,7 @@ impl<S: Geometry> Default for FixedStep<S> {
             wrenches: Vec::new(),
             loads: Vec::new(),
             overlaps: Vec::new(),
+            accounts: Accounts::default(),
         }
     }
 }
@@ -112,13 +116,15 @@ impl<S: Geometry> FixedStep<S> {
         let limits = thresholds(settings, bodies, step.dt);
         choose_solver(&mut self.solver, settings);
 
+        self.impacts.accounts = Accounts::new(bodies.len(), self.accounts.are_kept());
         report.impact_solve = self.impact(bodies, touches, settings, &limits, &mut report.ledger, watch);
         self.impacts.check(bodies, settings, step.time)?;
         self.judge(&report.impact_solve, settings, "impact", step.time)?;
         report.impacts = self.impacts.report();
+        self.accounts.add(&self.impacts.accounts, |i| i);
         self.approaches.clear();
         self.approaches.extend(touches.iter().map(|t| normal_velocity(bodies, t)));
-        damp(bodies, 0.5 * step.dt, &mut report.ledger);
+        damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         self.drift_to_kick(bodies, settings.integrator, step, loads, &mut report.ledger)?;
         self.load(bodies, settings.integrator, step, loads, &mut report.ledger)?;
         self.assemble(bodies, touches, settings, &limits);
@@ -126,7 +132,7 @@ impl<S: Geometry> FixedStep<S> {
         self.judge(&report.contact_solve, settings, "contact", step.time)?;
         self.kick(bodies, settings.integrator, step, &mut report.ledger);
         self.drift_from_kick(bodies, settings.integrator, step, &mut report.ledger);
-        damp(bodies, 0.5 * step.dt, &mut report.ledger);
+        damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         self.correct(bodies, touches, settings, &limits, step, &mut report.ledger);
         warm.store(&self.problem, &self.impulses, step.dt);
         Ok(report)
@@ -186,7 +192,11 @@ impl<S: Geometry> FixedStep<S> {
         self.start.extend((0..bodies.len()).map(|i| bodies.motion.twist(i)));
         self.origin.clone_from(&bodies.motion.position);
         let before = Energy::of(bodies, step.gravity);
-        let DriftWork { gravity, applied } = integrator.before_kick(bodies, step, loads, &mut self.loads)?;
+        let marks = self.accounts.marks(bodies, step.gravity);
+        let work = integrator.before_kick(bodies, step, loads, &mut self.loads)?;
+        let DriftWork { gravity, applied, .. } = work;
+        self.accounts.moved(&marks, bodies, step.gravity, Motive::Integrator);
+        self.accounts.loads_in_drift(bodies, &self.origin, &work.of_bodies, step, &self.loads);
         if integrator.kicks_with_gravity() {
             // a tumbling body's spin at the kick is another one than at the start
             self.start.clear();
@@ -225,6 +235,11 @@ impl<S: Geometry> FixedStep<S> {
                     v.angular += gyro;
                     bodies.motion.angular_velocity[i] = v.angular;
                     ledger.integrator += bodies.rotational_energy(i) - before;
+                    if self.accounts.are_kept() {
+                        let account = &mut self.accounts.of_bodies[i];
+                        account.energy.integrator += bodies.rotational_energy(i) - before;
+                        account.angular_momentum.integrator += bodies.inertia(i).apply(gyro);
+                    }
                 }
                 let inverse = bodies.inverse_mass(i);
                 let w = &self.wrenches[i];
@@ -304,6 +319,9 @@ impl<S: Geometry> FixedStep<S> {
                 ledger.applied += w.torque.dot(turn);
             }
         }
+        let gravity = if integrator.kicks_with_gravity() { step.gravity } else { S::Vector::ZERO };
+        self.accounts.loads(bodies, (&before, &self.after), step.dt, gravity, &self.wrenches);
+        self.accounts.kick(bodies, &self.problem, &self.impulses, (&before, &self.after), |_| Cause::Contact);
         let (mut normal, mut friction) = (0.0, 0.0);
         let book = |_: usize, n: f64, t: f64| {
             normal += n;
@@ -325,10 +343,17 @@ impl<S: Geometry> FixedStep<S> {
         ledger: &mut Ledger,
     ) {
         let before = Energy::of(bodies, step.gravity);
+        let marks = self.accounts.marks(bodies, step.gravity);
         integrator.after_kick(bodies, &self.start, &self.free, step.dt);
         let after = Energy::of(bodies, step.gravity);
         let kicked = if integrator.kicks_with_gravity() { ledger.gravity } else { 0.0 };
         ledger.integrator += after.total() - before.total() + kicked;
+        self.accounts.moved(&marks, bodies, step.gravity, Motive::Integrator);
+        if integrator.kicks_with_gravity() {
+            for account in &mut self.accounts.of_bodies {
+                account.energy.integrator += account.energy.gravity;
+            }
+        }
     }
 
     fn correct(
@@ -354,8 +379,10 @@ impl<S: Geometry> FixedStep<S> {
             self.overlaps.push(Overlap { touch: touches[k], gap, leaves });
         }
         let before = Energy::of(bodies, step.gravity);
+        let marks = self.accounts.marks(bodies, step.gravity);
         if self.correction.apply(bodies, &self.overlaps, settings, slop, step.dt) {
             ledger.projection += Energy::of(bodies, step.gravity).total() - before.total();
+            self.accounts.moved(&marks, bodies, step.gravity, Motive::Projection);
         }
     }
 }

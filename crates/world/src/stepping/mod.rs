@@ -6,10 +6,12 @@ pub mod schemes;
 
 use crate::bodies::Bodies;
 use crate::integrate::Loads;
+use crate::observe::accounts::{Accounts, Motive};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
 use carom_geometry::Geometry;
+use carom_math::Column;
 use carom_solver::methods::ladder::Ladder;
 use carom_solver::{ImpulseSolver, SolverKind, Watch};
 
@@ -47,7 +49,14 @@ pub struct Outside<'a, 'l, 'w, S: Geometry> {
 }
 
 /// Exact decay of the velocities of damped bodies over a time, booked.
-pub(crate) fn damp<S: Geometry>(bodies: &mut Bodies<S>, time: f64, ledger: &mut Ledger) {
+pub(crate) fn damp<S: Geometry>(
+    bodies: &mut Bodies<S>,
+    time: f64,
+    ledger: &mut Ledger,
+    accounts: &mut Accounts<S>,
+) {
+    // the potential energy does not change here
+    let marks = accounts.marks(bodies, S::Vector::ZERO);
     for i in 0..bodies.len() {
         let d = &bodies.data[i];
         let (linear, angular) = (d.linear_damping, d.angular_damping);
@@ -60,6 +69,7 @@ pub(crate) fn damp<S: Geometry>(bodies: &mut Bodies<S>, time: f64, ledger: &mut 
             bodies.motion.angular_velocity[i] * carom_math::exp(-angular * time);
         ledger.damping += bodies.translational_energy(i) + bodies.rotational_energy(i) - before;
     }
+    accounts.moved(&marks, bodies, S::Vector::ZERO, Motive::Damping);
 }
 
 /// A scheme's solver, what it was made for beside it.

@@ -2,6 +2,8 @@
 
 use crate::force::Wrench;
 use crate::impact::Impacts;
+use crate::observe::accounts::Accounts;
+use crate::observe::event_log::{ContactSum, EventLog};
 use crate::observe::report::SolveReport;
 use crate::settings::Scheme;
 use crate::stepping::events::EventsScheme;
@@ -45,6 +47,29 @@ impl<S: Geometry> Schemes<S> {
             Scheme::FixedStep => &self.fixed_step.impacts,
             Scheme::Events => &self.events.impacts,
         }
+    }
+    /// Makes room for what each body is given in the step to come, or none.
+    pub fn begin_accounts(&mut self, bodies: usize, kept: bool) {
+        let accounts = Accounts::new(bodies, kept);
+        match self.ran {
+            Scheme::FixedStep => self.fixed_step.accounts = accounts,
+            Scheme::Events => self.events.accounts = accounts,
+        }
+    }
+    /// What each body was given in the last step.
+    pub fn accounts(&self) -> &Accounts<S> {
+        match self.ran {
+            Scheme::FixedStep => &self.fixed_step.accounts,
+            Scheme::Events => &self.events.accounts,
+        }
+    }
+    /// What happened in the last step, where its scheme finds events.
+    pub fn log(&self) -> Option<&EventLog<S>> {
+        (self.ran == Scheme::Events).then_some(&self.events.log)
+    }
+    /// What each touch did in the whole last step, where its scheme divides steps.
+    pub fn sums(&self) -> Option<&[ContactSum<S>]> {
+        (self.ran == Scheme::Events).then_some(self.events.sums.as_slice())
     }
     /// The solve that the last step was refused for.
     pub fn take_failed(&mut self) -> Option<SolveReport> {

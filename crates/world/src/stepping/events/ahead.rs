@@ -5,9 +5,12 @@
 //! and never give. What is given up is the moment: a body is slowed up to a flow's length too early.
 
 use super::contacts::Active;
+use super::fallback::movers;
 use super::together::{Halt, Saved, Together, Tools};
 use crate::assembly;
 use crate::narrow_phase::{Touch, normal_velocity};
+use crate::observe::accounts::Cause;
+use crate::observe::event_log::{Acted, EventKind, PieceKind};
 use crate::observe::ledger::Ledger;
 use crate::settings::PlasticArrivals;
 use carom_geometry::Geometry;
@@ -51,14 +54,18 @@ impl<S: Geometry> Together<'_, S> {
             if ahead.len() == known || !ahead.iter().any(too_fast) {
                 break;
             }
-            let problem = self.braking(touches, &ahead, &before, rest);
+            let (slowed, problem) = self.braking(touches, &ahead, &before, rest);
             let mut impulses = Impulses::zero(&problem);
             self.solve(&problem, &mut impulses, tools)?;
             after.clone_from(&before);
             problem.apply(&impulses, &mut after);
-            solved = Some((problem, impulses));
+            solved = Some((slowed, problem, impulses));
         }
-        if let Some((problem, impulses)) = solved {
+        if let Some((slowed, problem, impulses)) = solved {
+            let (time, length) = (self.moment, 0.0);
+            let acted = Acted { time, length, touches: &slowed, problem: &problem, impulses: &impulses };
+            self.log.add(&acted, |_| EventKind::Slowed);
+            self.log.end_act(PieceKind::Impact, time, length, movers(&self.bodies));
             self.book_braking(&problem, &impulses, &before, &after);
         }
         Ok(ahead)
@@ -122,24 +129,27 @@ impl<S: Geometry> Together<'_, S> {
         }
     }
 
-    /// The problem of slowing: what touches does not come nearer, what is ahead no faster than its gap allows.
+    /// The problem of slowing, and its contacts: what touches does not come nearer, what is ahead no faster than its
+    /// gap allows.
     fn braking(
         &self,
         touches: &[Touch<S>],
         ahead: &[Touch<S>],
         before: &[Twist<S>],
         rest: f64,
-    ) -> ContactProblem<S> {
+    ) -> (Vec<Touch<S>>, ContactProblem<S>) {
         let mut problem = ContactProblem::new(Vec::new(), Vec::new());
         assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
         problem.velocities = before.to_vec();
         let holding = touches.iter().filter(|t| !ahead.iter().any(|k| k.id == t.id));
         let holding = holding.map(|t| (t, normal_velocity(&self.bodies, t).min(0.0)));
+        let mut slowed = Vec::new();
         for (t, target) in holding.chain(ahead.iter().map(|t| (t, -t.gap.max(0.0) / rest))) {
             problem.contacts.push(assembly::contact(&self.bodies, t, target));
             assembly::resist(&mut problem, t);
+            slowed.push(*t);
         }
-        problem
+        (slowed, problem)
     }
 
     /// Takes the impulses' velocities over and books their work as an impact's.
@@ -157,6 +167,7 @@ impl<S: Geometry> Together<'_, S> {
         };
         let mut driven = Ledger::default();
         assembly::contact_work(&self.bodies, problem, impulses, before, after, both, &mut driven);
+        self.accounts.kick(&self.bodies, problem, impulses, (before, after), |_| Cause::Impact);
         self.ledger.impact_normal += normal;
         self.ledger.impact_friction += friction;
         self.ledger.driven += driven.driven;

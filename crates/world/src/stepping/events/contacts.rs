@@ -4,6 +4,7 @@
 use super::together::{Halt, Together, Tools};
 use crate::impact::{Thresholds, Watched};
 use crate::narrow_phase::{Touch, normal_velocity};
+use crate::observe::accounts::Accounts;
 use crate::settings::EnergyGuard;
 use carom_geometry::Geometry;
 use carom_solver::Partition;
@@ -101,6 +102,7 @@ impl<S: Geometry> Together<'_, S> {
             dt: limits.dt,
             thorough: true,
         };
+        tools.impacts.accounts = Accounts::new(self.bodies.len(), self.accounts.are_kept());
         let mut settings = self.settings.clone();
         settings.tolerance = limits.tolerance;
         let mut watched = Watched { solver: &mut *tools.solver, watch: &mut *tools.watch };
@@ -112,6 +114,8 @@ impl<S: Geometry> Together<'_, S> {
             &mut watched,
             &mut self.ledger,
         );
+        self.accounts.add(&tools.impacts.accounts, |i| i);
+        self.log.append(&tools.impacts.log, self.moment, |i| i);
         let mut came_to = tools.impacts.report();
         came_to.gaining = came_to.gaining.map(|(a, b)| (self.members[a], self.members[b]));
         self.struck.add(&came_to);

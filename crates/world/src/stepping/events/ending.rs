@@ -64,6 +64,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             }
         }
         self.events.add(&at.events);
+        self.log.append(&at.log, 0.0, |i| at.members[i]);
         self.events.capped += 1;
         let [worst, _] = at.worst;
         self.islands.push(Some(Island {
@@ -76,6 +77,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             stick: Stick::Mean,
             before: None,
             ledger: at.ledger,
+            accounts: at.accounts,
             worst,
             forces: None,
             pressed: at.pressed,

@@ -4,7 +4,10 @@
 
 use super::together::{Halt, Together, Tools};
 use crate::assembly;
+use crate::bodies::Bodies;
 use crate::narrow_phase::Touch;
+use crate::observe::accounts::Cause;
+use crate::observe::event_log::{Acted, EventKind, PieceKind};
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::{ContactProblem, Impulses, Twist};
@@ -33,7 +36,8 @@ impl<S: Geometry> Together<'_, S> {
         let mut potential = 0.0;
         for (i, start_twist) in before.iter().enumerate() {
             let mean = (start_twist.linear + self.bodies.motion.velocity[i]) * 0.5;
-            self.bodies.motion.position[i] = start.position[i] + mean * time;
+            let after = self.bodies.motion.twist(i);
+            self.drift(i, start.position[i], mean * time, (start_twist, &after));
             if self.bodies.is_dynamic(i) {
                 let way = self.bodies.motion.position[i] - start.position[i];
                 let mass = self.bodies.data[i].mass_properties.mass;
@@ -79,16 +83,32 @@ impl<S: Geometry> Together<'_, S> {
         if !touches.is_empty() {
             self.solve(&problem, &mut impulses, tools)?;
         }
+        let (kind, piece) = if time > 0.0 {
+            (EventKind::FallbackFlow, PieceKind::Fallback)
+        } else {
+            (EventKind::FallbackImpact, PieceKind::Impact)
+        };
+        let acted =
+            Acted { time: self.moment, length: time, touches, problem: &problem, impulses: &impulses };
+        self.log.add(&acted, |_| kind);
+        self.log.end_act(piece, self.moment, time, movers(&self.bodies));
+        self.log.add_rows(&problem, &impulses);
         let mut after = free;
         problem.apply(&impulses, &mut after);
         let mut work = 0.0;
         let book = |_: usize, n: f64, t: f64| work += n + t;
         let mut driven = crate::observe::ledger::Ledger::default();
         assembly::contact_work(&self.bodies, &problem, &impulses, &before, &after, book, &mut driven);
+        self.accounts.kick(&self.bodies, &problem, &impulses, (&before, &after), |_| Cause::Fallback);
         self.ledger.fallback += work;
         self.ledger.driven += driven.driven;
         self.book_loads(&before, &after, time);
         assembly::write_back(&mut self.bodies, &after);
         Ok(())
     }
+}
+
+/// Those that impulses move.
+pub fn movers<S: Geometry>(bodies: &Bodies<S>) -> impl Iterator<Item = usize> + '_ {
+    (0..bodies.len()).filter(|&i| bodies.is_dynamic(i))
 }

@@ -10,6 +10,7 @@ use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
 use crate::integrate::turn_freely;
 use crate::narrow_phase::{Touch, normal_velocity};
+use crate::observe::accounts::{Cause, Mark, Motive};
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
 use carom_solver::{ContactProblem, Impulses, Twist};
@@ -62,8 +63,9 @@ impl<S: Geometry> Together<'_, S> {
             // a first guess of where contacts hold: bodies keep the velocities they have
             (after[t.a], after[t.b]) = (before[t.a], before[t.b]);
         }
-        let mut last = LastFlow { time, ..std::mem::take(&mut self.last) };
+        let mut last = LastFlow { time, stick, ..std::mem::take(&mut self.last) };
         last.problem.contacts.clear();
+        last.closing.clone_from(closing);
         let mut touches: Vec<Touch<S>> = Vec::new();
         let mut targets: Vec<f64> = closing.iter().map(|c| -2.0 * c).collect();
         let corners = closing.iter().any(|c| *c > 0.0) && self.turns_on_corners(active);
@@ -75,6 +77,7 @@ impl<S: Geometry> Together<'_, S> {
             }
             let at_mean = self.at_mean(active, &start.position);
             if round > 0 && kept && self.settled(&touches, &at_mean, &last.problem) {
+                touches = at_mean; // the same arms, at the places that came out
                 break;
             }
             touches = at_mean;
@@ -128,9 +131,15 @@ impl<S: Geometry> Together<'_, S> {
                 continue;
             }
             let energy = self.bodies.rotational_energy(i);
+            let kept = self.accounts.are_kept() && self.bodies.is_dynamic(i);
+            let mark = kept.then(|| Mark::of(&self.bodies, i, self.settings.gravity));
             turn_freely(self.settings.integrator, &mut self.bodies, i, time);
             if self.bodies.is_dynamic(i) {
                 self.ledger.integrator += self.bodies.rotational_energy(i) - energy;
+            }
+            if let Some(mark) = mark {
+                let now = Mark::of(&self.bodies, i, self.settings.gravity);
+                self.accounts.change(i, &mark, &now, Motive::Integrator);
             }
         }
     }
@@ -240,10 +249,13 @@ impl<S: Geometry> Together<'_, S> {
         assembly::contact_work(&self.bodies, problem, impulses, before, after, both, &mut self.ledger);
         self.ledger.contact_normal += normal;
         self.ledger.friction += friction;
+        self.accounts.kick(&self.bodies, problem, impulses, (before, after), |_| Cause::Contact);
     }
 
     /// Works of gravity and loads over a time, by the mean of two sets of velocities.
     pub fn book_loads(&mut self, before: &[Twist<S>], after: &[Twist<S>], time: f64) {
+        let (gravity, wrenches) = (self.settings.gravity, &self.wrenches);
+        self.accounts.loads(&self.bodies, (before, after), time, gravity, wrenches);
         let ledger = &mut self.ledger;
         for i in (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)) {
             let d = &self.bodies.data[i];
@@ -271,7 +283,7 @@ impl<S: Geometry> Together<'_, S> {
         let mut paid = 0.0;
         for i in 0..self.bodies.len() {
             let mean = (before[i].linear + after[i].linear) * 0.5;
-            self.bodies.motion.position[i] = origin[i] + mean * time;
+            self.drift(i, origin[i], mean * time, (&before[i], &after[i]));
             if self.bodies.is_dynamic(i) {
                 self.bodies.motion.set_twist(i, &after[i]);
                 paid += self.bodies.data[i].mass_properties.mass * self.settings.gravity.dot(mean * time);
@@ -279,6 +291,29 @@ impl<S: Geometry> Together<'_, S> {
         }
         self.ledger.integrator += paid - potential(self);
         self.turn(0.5 * time);
+    }
+
+    /// Puts a body to where a way \[m\] leads from its place at the start; it was where its kick acted. What the way
+    /// does to the potential energy and to the moment of momentum beyond the work and the moment of the kick, which
+    /// acted half-way to rounding, is the integrator's.
+    pub fn drift(
+        &mut self,
+        i: usize,
+        origin: S::Vector,
+        way: S::Vector,
+        (before, after): (&Twist<S>, &Twist<S>),
+    ) {
+        let kicked = std::mem::replace(&mut self.bodies.motion.position[i], origin + way);
+        if !self.accounts.are_kept() || !self.bodies.is_dynamic(i) {
+            return;
+        }
+        let mass = self.bodies.data[i].mass_properties.mass;
+        let went = self.bodies.motion.position[i] - origin;
+        let account = &mut self.accounts.of_bodies[i];
+        account.energy.integrator += mass * self.settings.gravity.dot(way - went);
+        let (mean, change) = ((before.linear + after.linear) * 0.5, after.linear - before.linear);
+        let off = origin + went * 0.5 - kicked;
+        account.angular_momentum.integrator += S::moment(went, mean * mass) + S::moment(off, change * mass);
     }
 
     /// Keeps the flow's forces and who pressed.

@@ -26,6 +26,8 @@ use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::integrate::Step;
 use crate::narrow_phase::Touch;
+use crate::observe::accounts::Accounts;
+use crate::observe::event_log::{ContactSum, EventLog};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
@@ -54,7 +56,7 @@ pub struct EventsScheme<S: Geometry> {
     pub impacts: Impacts<S>,
     /// Applied loads of the last step on each body.
     pub loads: Vec<Wrench<S>>,
-    /// Contacts of the islands' last flows.
+    /// Contacts of the islands' last flows, and after them those that only acted earlier in the step.
     pub touches: Vec<Touch<S>>,
     /// Their problem, in the world's indices; velocities are sums of start and end, twice the mean.
     pub problem: ContactProblem<S>,
@@ -62,6 +64,12 @@ pub struct EventsScheme<S: Geometry> {
     pub impulses: Impulses<S>,
     /// Index into `touches` of each contact of the problem.
     pub pressed: Vec<usize>,
+    /// What each body was given in the last step, where that is asked for.
+    pub accounts: Accounts<S>,
+    /// What happened in the last step.
+    pub log: EventLog<S>,
+    /// What each of `touches` did in the whole step.
+    pub sums: Vec<ContactSum<S>>,
 }
 
 impl<S: Geometry> Default for EventsScheme<S> {
@@ -78,6 +86,9 @@ impl<S: Geometry> Default for EventsScheme<S> {
             impulses: Impulses::zero(&problem),
             problem,
             pressed: Vec::new(),
+            accounts: Accounts::default(),
+            log: EventLog::default(),
+            sums: Vec::new(),
         }
     }
 }
@@ -86,7 +97,9 @@ impl<S: Geometry> Default for EventsScheme<S> {
 struct Done<S: Geometry> {
     islands: Vec<Option<Island<S>>>,
     ledger: Ledger,
+    accounts: Accounts<S>,
     events: Events,
+    log: EventLog<S>,
     struck: ImpactReport,
     worst: [Option<SolveReport>; 2],
 }
@@ -106,7 +119,7 @@ impl<S: Geometry> EventsScheme<S> {
     ) -> Result<SchemeReport, StepError> {
         choose_solver(&mut self.solver, settings);
         let mut report = SchemeReport::default();
-        damp(bodies, 0.5 * step.dt, &mut report.ledger);
+        damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         let wrenches = half_way_loads(bodies, step, loads)?;
         let done = match self.attempts(bodies, settings, step, &wrenches, watch, warm) {
             Ok(done) => done,
@@ -118,7 +131,7 @@ impl<S: Geometry> EventsScheme<S> {
         self.loads = wrenches;
         self.collect(bodies, settings, done, &mut report, warm);
         move_obstacles(bodies, settings, step.dt);
-        damp(bodies, 0.5 * step.dt, &mut report.ledger);
+        damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         self.judge(&report, settings, step.time)?;
         Ok(report)
     }
@@ -148,6 +161,7 @@ impl<S: Geometry> EventsScheme<S> {
                 reaches: reaches.clone(),
                 warm,
                 candidates: &self.candidates,
+                keeps_accounts: self.accounts.are_kept(),
             };
             let tools = Tools {
                 solver: solver.as_mut(),
@@ -158,8 +172,9 @@ impl<S: Geometry> EventsScheme<S> {
             let mut timeline = Timeline::new(&common, bodies, tools);
             let outgrown = match timeline.run() {
                 Ok(()) => {
-                    let Timeline { islands, ledger, events, struck, worst, .. } = timeline;
-                    return Ok(Done { islands, ledger, events, struck, worst });
+                    let Timeline { islands, ledger, accounts, events, mut log, struck, worst, .. } = timeline;
+                    log.begin_at(step.time);
+                    return Ok(Done { islands, ledger, accounts, events, log, struck, worst });
                 }
                 Err(Halt::Refused(refusal)) => return Err(refusal),
                 Err(Halt::Gains((a, b), energy)) => {
@@ -200,6 +215,7 @@ impl<S: Geometry> EventsScheme<S> {
         crate::assembly::begin(&mut self.problem, bodies, settings.friction_law);
         self.impulses.reset(&self.problem);
         report.ledger.add(&done.ledger);
+        self.accounts.add(&done.accounts, |i| i);
         report.events = done.events;
         report.impacts = done.struck;
         [report.contact_solve, report.impact_solve] = done.worst;
@@ -210,6 +226,9 @@ impl<S: Geometry> EventsScheme<S> {
         }
         warm.sort();
         self.pressed.extend(0..self.touches.len());
+        self.log = done.log;
+        self.log.leave_out_whole_flows(bodies.len());
+        self.sums = self.log.sums(&mut self.touches);
         self.impacts.struck.clear();
         self.impacts.totals.clear();
         self.impacts.totals.resize(self.touches.len(), Impulse::default());

@@ -4,7 +4,9 @@
 
 use super::together::{Halt, Together, Tools};
 use crate::assembly;
+use crate::bodies::Motion;
 use crate::integrate::set_spin_momentum;
+use crate::observe::accounts::Motive;
 use crate::observe::energy::Energy;
 use crate::observe::report::SolveReport;
 use carom_geometry::Geometry;
@@ -18,21 +20,24 @@ impl<S: Geometry> Together<'_, S> {
     /// Removes overlaps beyond the limit; true when there were any.
     pub fn project(&mut self, tools: &mut Tools<S>) -> Result<bool, Halt> {
         let before = Energy::of(&self.bodies, self.settings.gravity).total();
-        let mut moved = false;
+        let marks = self.accounts.marks(&self.bodies, self.settings.gravity);
+        let mut start: Option<Motion<S>> = None;
         for _ in 0..ROUNDS {
             let deepest = self.deepest();
             if deepest == 0.0 {
                 break;
             }
-            moved = true;
+            start.get_or_insert_with(|| self.bodies.motion.clone());
             self.events.deepest = self.events.deepest.max(deepest);
             self.apart(deepest, tools)?;
         }
-        if moved {
+        if let Some(start) = &start {
+            self.accounts.moved(&marks, &self.bodies, self.settings.gravity, Motive::Projection);
+            self.log.projection(self.moment, start, &self.bodies);
             self.ledger.projection += Energy::of(&self.bodies, self.settings.gravity).total() - before;
             self.events.projections += 1;
         }
-        Ok(moved)
+        Ok(start.is_some())
     }
 
     /// Deepest overlap beyond the limits; 0 when there is none.

@@ -11,6 +11,8 @@ use super::limits::Limits;
 use super::together::{Halt, LastFlow, Saved, Together, Tools};
 use crate::bodies::{Bodies, Motion};
 use crate::force::Wrench;
+use crate::observe::accounts::Accounts;
+use crate::observe::event_log::EventLog;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{PlasticArrivals, Settings};
@@ -45,6 +47,8 @@ pub struct Common<'a, S: Geometry> {
     pub warm: &'a WarmStart<S>,
     /// Pairs that may meet.
     pub candidates: &'a Candidates<S>,
+    /// Whether accounts are kept body by body.
+    pub keeps_accounts: bool,
 }
 
 /// Bodies that persisting contacts join, on a flow of their own.
@@ -61,6 +65,7 @@ pub struct Island<S: Geometry> {
     pub(super) before: Option<Vec<u64>>,
     /// Lines of the flow.
     pub(super) ledger: Ledger,
+    pub(super) accounts: Accounts<S>,
     pub(super) worst: Option<SolveReport>,
     /// Forces of the flow.
     pub forces: Option<WarmStart<S>>,
@@ -132,8 +137,12 @@ pub struct Timeline<'a, 'w, S: Geometry> {
     pub(super) slots: Vec<usize>,
     /// Lines of all flows and impacts.
     pub ledger: Ledger,
+    /// The same body by body, where that is asked for.
+    pub accounts: Accounts<S>,
     /// What happened.
     pub events: Events,
+    /// The same, act by act; times from the step's start.
+    pub log: EventLog<S>,
     /// What the impacts came to.
     pub struck: ImpactReport,
     /// Worst solves: persistent contacts, impacts.
@@ -161,7 +170,9 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             versions: vec![0; common.candidates.pairs.len()],
             slots: vec![NONE; bodies.len()],
             ledger: Ledger::default(),
+            accounts: Accounts::new(bodies.len(), common.keeps_accounts),
             events: Events::default(),
+            log: EventLog::default(),
             struck: ImpactReport::default(),
             worst: [None, None],
             common,
@@ -257,6 +268,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             }
         }
         let common = self.common;
+        let accounts = Accounts::new(members.len(), common.keeps_accounts);
         Together {
             settings: common.settings,
             bodies: own,
@@ -266,8 +278,11 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             members,
             limits: &common.limits,
             time: common.time,
+            moment,
             ledger: Ledger::default(),
+            accounts,
             events: Events::default(),
+            log: EventLog::default(),
             struck: ImpactReport::default(),
             pressed: None,
             due: None,
@@ -311,7 +326,10 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             }
         }
         self.ledger.add(&at.ledger);
+        self.accounts.add(&at.accounts, |i| at.members[i]);
         self.events.add(&at.events);
+        self.log.append(&at.log_of_flow(), 0.0, |i| at.members[i]);
+        self.log.append(&at.log, 0.0, |i| at.members[i]);
         self.struck.add(&at.struck);
         for (mine, theirs) in self.worst.iter_mut().zip(&at.worst) {
             *mine = SchemeReport::worse(mine.take(), theirs.clone());
@@ -383,6 +401,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             stick,
             before,
             ledger: at.ledger,
+            accounts: at.accounts,
             worst,
             forces: at.forces,
             pressed: at.pressed,
@@ -432,6 +451,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         let done = if moment >= island.until {
             at.bodies.motion.copy_from(&island.end);
             at.ledger = island.ledger;
+            at.accounts.clone_from(&island.accounts);
             at.worst[0].clone_from(&island.worst);
             at.pressed.clone_from(&island.pressed);
             at.forces.clone_from(&island.forces);

@@ -2,6 +2,7 @@
 //! scheme in the other files work on this. Indices are the set's own.
 
 use super::arrival::Arrivals;
+use super::flow::Stick;
 use super::limits::Limits;
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
@@ -9,6 +10,8 @@ use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::narrow_phase::{Touch, touches_of};
+use crate::observe::accounts::Accounts;
+use crate::observe::event_log::{Acted, EventKind, EventLog, PieceKind};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::Settings;
@@ -36,10 +39,16 @@ pub struct Together<'a, S: Geometry> {
     pub limits: &'a Limits,
     /// Time of the step's start \[s\].
     pub time: f64,
+    /// When they were gathered, from the step's start \[s\].
+    pub moment: f64,
     /// Lines of what has been done with them.
     pub ledger: Ledger,
+    /// The same body by body, where that is asked for.
+    pub accounts: Accounts<S>,
     /// What happened to them.
     pub events: Events,
+    /// Projections, impacts and the like that they went through; flows are told by `last` when they are kept.
+    pub log: EventLog<S>,
     /// What their impacts came to.
     pub struck: ImpactReport,
     /// Contacts that pressed in the last flow, by name, ascending; `None` before the step's first, where those of the
@@ -80,15 +89,20 @@ pub struct LastFlow<S: Geometry> {
     pub problem: ContactProblem<S>,
     /// Its impulses.
     pub impulses: Impulses<S>,
-    /// Its length \[s\].
+    /// Its length \[s\]; 0 where there was none.
     pub time: f64,
+    /// How friction held in it.
+    pub stick: Stick,
+    /// How fast each contact's gap closed \[m/s\].
+    pub closing: Vec<f64>,
 }
 
 impl<S: Geometry> Default for LastFlow<S> {
     fn default() -> Self {
         let problem = ContactProblem::new(Vec::new(), Vec::new());
         let impulses = Impulses::zero(&problem);
-        LastFlow { touches: Vec::new(), problem, impulses, time: 0.0 }
+        let (touches, closing) = (Vec::new(), Vec::new());
+        LastFlow { touches, problem, impulses, time: 0.0, stick: Stick::Mean, closing }
     }
 }
 
@@ -96,6 +110,7 @@ impl<S: Geometry> Default for LastFlow<S> {
 pub struct Saved<S: Geometry> {
     motion: Motion<S>,
     ledger: Ledger,
+    accounts: Accounts<S>,
     pressed: Option<Vec<u64>>,
     worst: Option<SolveReport>,
 }
@@ -159,13 +174,15 @@ impl<S: Geometry> Together<'_, S> {
     /// Keeps what a trial flow changes.
     pub fn save(&self) -> Saved<S> {
         let (motion, pressed) = (self.bodies.motion.clone(), self.pressed.clone());
-        Saved { motion, ledger: self.ledger, pressed, worst: self.worst[0].clone() }
+        let (accounts, worst) = (self.accounts.clone(), self.worst[0].clone());
+        Saved { motion, ledger: self.ledger, accounts, pressed, worst }
     }
 
     /// Takes a trial flow back, its lines in the ledger and its solves included.
     pub fn restore(&mut self, saved: &Saved<S>) {
         self.bodies.motion.copy_from(&saved.motion);
         self.ledger = saved.ledger;
+        self.accounts.clone_from(&saved.accounts);
         self.pressed.clone_from(&saved.pressed);
         self.worst[0].clone_from(&saved.worst);
     }
@@ -173,9 +190,30 @@ impl<S: Geometry> Together<'_, S> {
     /// Starts new lines and reports: what there was has been taken over.
     pub fn forget(&mut self) {
         self.ledger = Ledger::default();
+        self.accounts.clear();
         self.events = Events::default();
+        self.log.clear();
         self.struck = ImpactReport::default();
         self.worst = [None, None];
+    }
+
+    /// The last flow as a log; empty where there was none.
+    pub fn log_of_flow(&self) -> EventLog<S> {
+        let mut log = EventLog::default();
+        let LastFlow { touches, problem, impulses, time, stick, closing } = &self.last;
+        if *time > 0.0 {
+            let acted = Acted { time: self.moment, length: *time, touches, problem, impulses };
+            let kind = if *stick == Stick::Mean { EventKind::Flow } else { EventKind::FlowToEnd };
+            log.add(&acted, |k| if closing[k] > 0.0 { EventKind::Closing } else { kind });
+            log.end_act(PieceKind::Flow, self.moment, *time, self.movers());
+            log.add_rows(problem, impulses);
+        }
+        log
+    }
+
+    /// Those that impulses move.
+    pub fn movers(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i))
     }
 
     /// Velocities before the step's loads, per body.
