@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from carom import _carom
 from carom._explanation import Explanation, Finding, findings_of
+from carom._joint import Reaction, reactions_of
 from carom._space import Floats, Records, Space
 
 if TYPE_CHECKING:
@@ -139,6 +140,7 @@ class _StepFields(NamedTuple):
     impacts: ImpactReport
     events: EventReport
     islands: tuple[IslandReport, ...]
+    joints: dict[str, Reaction]
     findings: tuple[Finding, ...]
 
 
@@ -164,6 +166,7 @@ class StepReport(_StepFields):
     events : `EventReport`: what the scheme "events" found within the step
     islands : `IslandReport` of each island where anything pressed, from solvers that go island by island:
         those of impacts, then those of persistent contacts
+    joints : `Reaction` of each joint by its name
     findings : `Finding` of the step in brief; see `explain`
     """
 
@@ -171,10 +174,17 @@ class StepReport(_StepFields):
 
     @classmethod
     def _told(cls, fields: Iterable[Any], world: World) -> Self:
-        *plain, impacts, events, islands, findings = fields
+        *plain, impacts, events, islands, joints, findings = fields
         told = tuple(IslandReport._told(island) for island in islands)
         made = cls._make(
-            (*plain, ImpactReport._make(impacts), EventReport._make(events), told, findings_of(findings))
+            (
+                *plain,
+                ImpactReport._make(impacts),
+                EventReport._make(events),
+                told,
+                reactions_of(joints, world._space),
+                findings_of(findings),
+            )
         )
         made._world = weakref.ref(world)
         return made

@@ -15,6 +15,7 @@ mod failures;
 mod friction;
 mod impact_laws;
 mod impacts;
+mod joints;
 mod ledger;
 mod materials;
 mod robustness;

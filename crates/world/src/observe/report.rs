@@ -1,5 +1,6 @@
 //! What a step tells of itself.
 
+use crate::joint::Reaction;
 use crate::observe::energy::{Energy, Momenta};
 use crate::observe::ledger::Ledger;
 use carom_math::Space;
@@ -143,6 +144,9 @@ pub struct StepReport<S: Space> {
     pub momenta: Momenta<S>,
     /// Where the step's energy went.
     pub ledger: Ledger,
+    /// What the joints gave their bodies, joint by joint.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<Reaction<S>>,
 }
 
 impl<S: Space> StepReport<S> {

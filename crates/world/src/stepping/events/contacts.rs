@@ -3,6 +3,7 @@
 
 use super::together::{Halt, Together, Tools};
 use crate::impact::{Thresholds, Watched};
+use crate::joint::add_all;
 use crate::narrow_phase::{Touch, normal_velocity};
 use crate::settings::EnergyGuard;
 use carom_geometry::Geometry;
@@ -52,6 +53,7 @@ impl<S: Geometry> Together<'_, S> {
                 islands.join(t.a, t.b);
             }
         }
+        self.bodies.jointed().for_each(|(a, b)| islands.join(a, b));
         let mut hit = vec![false; self.bodies.len()];
         for (t, _) in touches.iter().zip(&called).filter(|(_, called)| **called) {
             hit[islands.root(self.mover(t))] = true;
@@ -106,6 +108,7 @@ impl<S: Geometry> Together<'_, S> {
             &mut self.ledger,
         );
         let mut came_to = tools.impacts.report();
+        add_all(&mut self.joints, &tools.impacts.joints);
         came_to.gaining = came_to.gaining.map(|(a, b)| (self.members[a], self.members[b]));
         self.struck.add(&came_to);
         if let Some(gaining) = came_to.gaining.filter(|_| settings.energy_guard == EnergyGuard::Raise) {

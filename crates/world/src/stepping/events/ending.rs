@@ -75,6 +75,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             stick: Stick::Mean,
             before: None,
             ledger: at.ledger,
+            joints: at.joints,
             worst,
             forces: None,
             pressed: at.pressed,
@@ -98,7 +99,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let movers: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
         let mut deep = vec![false; self.bodies.len()];
         self.overlapping(&mut deep);
-        if deep.contains(&true) {
+        if deep.contains(&true) || self.bodies.torn() > self.common.limits.torn() {
             let mut at = self.gather(&movers, self.common.limits.dt);
             at.project(&mut self.tools)?;
             self.keep(&at);

@@ -10,6 +10,7 @@ mod contacts;
 mod ending;
 mod fallback;
 mod flow;
+mod joints;
 mod limits;
 mod meeting;
 mod overlap;
@@ -22,6 +23,7 @@ use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::integrate::Step;
+use crate::joint::JointImpulse;
 use crate::narrow_phase::Touch;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
@@ -59,6 +61,8 @@ pub struct EventsScheme<S: Geometry> {
     pub impulses: Impulses<S>,
     /// Index into `touches` of each contact of the problem.
     pub pressed: Vec<usize>,
+    /// What the joints gave in the last step.
+    pub(crate) joints: Vec<JointImpulse<S>>,
 }
 
 impl<S: Geometry> Default for EventsScheme<S> {
@@ -75,6 +79,7 @@ impl<S: Geometry> Default for EventsScheme<S> {
             impulses: Impulses::zero(&problem),
             problem,
             pressed: Vec::new(),
+            joints: Vec::new(),
         }
     }
 }
@@ -83,6 +88,7 @@ impl<S: Geometry> Default for EventsScheme<S> {
 struct Done<S: Geometry> {
     islands: Vec<Option<Island<S>>>,
     ledger: Ledger,
+    joints: Vec<JointImpulse<S>>,
     events: Events,
     struck: ImpactReport,
     worst: [Option<SolveReport>; 2],
@@ -145,6 +151,7 @@ impl<S: Geometry> EventsScheme<S> {
                 reaches: reaches.clone(),
                 warm,
                 candidates: &self.candidates,
+                joint_names: bodies.joints.names.clone(),
             };
             let tools = Tools {
                 solver: solver.as_mut(),
@@ -155,8 +162,8 @@ impl<S: Geometry> EventsScheme<S> {
             let mut timeline = Timeline::new(&common, bodies, tools);
             let outgrown = match timeline.run() {
                 Ok(()) => {
-                    let Timeline { islands, ledger, events, struck, worst, .. } = timeline;
-                    return Ok(Done { islands, ledger, events, struck, worst });
+                    let Timeline { islands, ledger, joints, events, struck, worst, .. } = timeline;
+                    return Ok(Done { islands, ledger, joints, events, struck, worst });
                 }
                 Err(Halt::Refused(refusal)) => return Err(refusal),
                 Err(Halt::Gains((a, b), energy)) => {
@@ -197,6 +204,7 @@ impl<S: Geometry> EventsScheme<S> {
         crate::assembly::begin(&mut self.problem, bodies, settings.friction_law);
         self.impulses.reset(&self.problem);
         report.ledger.add(&done.ledger);
+        self.joints = done.joints;
         report.events = done.events;
         report.impacts = done.struck;
         [report.contact_solve, report.impact_solve] = done.worst;
@@ -289,6 +297,12 @@ fn merge<S: Geometry>(
         problem.contacts.push(c);
         touches.push(Touch { a: c.a, b: c.b, ..*t });
     }
+    for r in &last.problem.rows {
+        let mut r = *r;
+        (r.a, r.b) = (members[r.a], members[r.b]);
+        problem.rows.push(r);
+    }
+    impulses.rows.extend_from_slice(&last.impulses.rows);
     for r in &last.problem.resistances {
         let mut r = *r;
         r.contact += first;

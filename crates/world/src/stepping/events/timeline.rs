@@ -11,6 +11,7 @@ use super::limits::Limits;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::bodies::{Bodies, Motion};
 use crate::force::Wrench;
+use crate::joint::{JointImpulse, add_all};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::Settings;
@@ -45,6 +46,8 @@ pub struct Common<'a, S: Geometry> {
     pub warm: &'a WarmStart<S>,
     /// Pairs that may meet.
     pub candidates: &'a Candidates<S>,
+    /// Names of the world's joints.
+    pub joint_names: Vec<String>,
 }
 
 /// Bodies that persisting contacts join, on a flow of their own.
@@ -61,6 +64,8 @@ pub struct Island<S: Geometry> {
     pub(super) before: Option<Vec<u64>>,
     /// Lines of the flow.
     pub(super) ledger: Ledger,
+    /// What joints gave in it.
+    pub(super) joints: Vec<JointImpulse<S>>,
     pub(super) worst: Option<SolveReport>,
     /// Forces of the flow.
     pub forces: Option<WarmStart<S>>,
@@ -114,6 +119,8 @@ pub struct Timeline<'a, 'w, S: Geometry> {
     pub(super) slots: Vec<usize>,
     /// Lines of all flows and impacts.
     pub ledger: Ledger,
+    /// What the joints gave in them, joint by joint of the world.
+    pub(crate) joints: Vec<JointImpulse<S>>,
     /// What happened.
     pub events: Events,
     /// What the impacts came to.
@@ -143,6 +150,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             versions: vec![0; common.candidates.pairs.len()],
             slots: vec![NONE; bodies.len()],
             ledger: Ledger::default(),
+            joints: Vec::new(),
             events: Events::default(),
             struck: ImpactReport::default(),
             worst: [None, None],
@@ -184,6 +192,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
                 sets.join(a, b);
             }
         }
+        self.bodies.jointed().for_each(|(a, b)| sets.join(a, b));
         all.sort_by_key(|&i| (sets.root(i), i));
         for set in all.chunk_by(|&i, &j| sets.root(i) == sets.root(j)) {
             let mut at = self.gather(set, 0.0);
@@ -224,6 +233,11 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             for &p in candidates.of_body(i) {
                 let (a, b) = candidates.pairs[p];
                 members.extend([a, b].into_iter().filter(|&k| !self.bodies.is_dynamic(k)));
+            }
+            for &number in self.bodies.joints.of_body(i) {
+                let j = &self.bodies.joints.all[number];
+                members
+                    .extend([Some(j.a), j.b].into_iter().flatten().filter(|&k| !self.bodies.is_dynamic(k)));
             }
         }
         members.sort_unstable();
@@ -267,6 +281,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             limits: &common.limits,
             time: common.time,
             ledger: Ledger::default(),
+            joints: Vec::new(),
             events: Events::default(),
             struck: ImpactReport::default(),
             pressed: None,
@@ -276,6 +291,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             last: LastFlow::default(),
             worst: [None, None],
             points: Vec::new(),
+            joint_names: &common.joint_names,
         }
     }
 
@@ -316,11 +332,22 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             }
         }
         self.ledger.add(&at.ledger);
+        self.keep_joints(&at.bodies.joints.numbers, &at.joints);
         self.events.add(&at.events);
         self.struck.add(&at.struck);
         for (mine, theirs) in self.worst.iter_mut().zip(&at.worst) {
             *mine = SchemeReport::worse(mine.take(), theirs.clone());
         }
+    }
+
+    /// Takes over what joints gave, by their numbers in the world.
+    fn keep_joints(&mut self, numbers: &[usize], given: &[JointImpulse<S>]) {
+        if given.is_empty() {
+            return;
+        }
+        let mut all = vec![JointImpulse::default(); self.bodies.joints.len()];
+        numbers.iter().zip(given).for_each(|(&k, g)| all[k] = *g);
+        add_all(&mut self.joints, &all);
     }
 
     /// Lays out the flow of an island from a moment on.
@@ -378,6 +405,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             stick,
             before,
             ledger: at.ledger,
+            joints: at.joints,
             worst,
             forces: at.forces,
             pressed: at.pressed,
@@ -427,6 +455,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         let done = if moment >= island.until {
             at.bodies.motion.copy_from(&island.end);
             at.ledger = island.ledger;
+            at.joints.clone_from(&island.joints);
             at.worst[0].clone_from(&island.worst);
             at.pressed.clone_from(&island.pressed);
             at.forces.clone_from(&island.forces);
@@ -560,11 +589,12 @@ pub(super) fn state<S: Geometry>(m: &Motion<S>, i: usize) -> State<S> {
 
 /// How long a flow may be for its ways to be found \[s\].
 fn longest_flow<S: Geometry>(at: &Together<S>) -> f64 {
-    if at.pairs.is_empty() {
+    let jointed = !at.bodies.joints.is_empty();
+    if at.pairs.is_empty() && !jointed {
         return f64::INFINITY;
     }
     let m = &at.bodies.motion;
-    let turning = (0..at.bodies.len()).filter(|&i| at.bodies.data[i].turning_arm > 0.0);
+    let turning = (0..at.bodies.len()).filter(|&i| jointed || at.bodies.data[i].turning_arm > 0.0);
     let fastest = turning.map(|i| m.angular_velocity[i].norm()).fold(0.0, f64::max);
     if fastest > 0.0 { TURN / fastest } else { f64::INFINITY }
 }
@@ -578,6 +608,7 @@ fn split<S: Geometry>(at: &Together<S>, active: &Active<S>) -> Vec<Vec<usize>> {
             sets.join(t.a, t.b);
         }
     }
+    at.bodies.jointed().for_each(|(a, b)| sets.join(a, b));
     let mut all: Vec<usize> = (0..at.bodies.len()).filter(|&i| at.bodies.is_dynamic(i)).collect();
     all.sort_by_key(|&i| (sets.root(i), i));
     all.chunk_by(|&i, &j| sets.root(i) == sets.root(j)).map(<[usize]>::to_vec).collect()

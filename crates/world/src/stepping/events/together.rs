@@ -8,6 +8,7 @@ use crate::bodies::{Bodies, Motion};
 use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::Impacts;
+use crate::joint::{JointImpulse, add_all};
 use crate::narrow_phase::{Touch, touches_of};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
@@ -38,6 +39,8 @@ pub struct Together<'a, S: Geometry> {
     pub time: f64,
     /// Lines of what has been done with them.
     pub ledger: Ledger,
+    /// What their joints have given.
+    pub joints: Vec<JointImpulse<S>>,
     /// What happened to them.
     pub events: Events,
     /// What their impacts came to.
@@ -57,6 +60,8 @@ pub struct Together<'a, S: Geometry> {
     pub worst: [Option<SolveReport>; 2],
     /// Memory for contact points.
     pub points: Vec<ContactPoint<S>>,
+    /// Names of all joints of the world.
+    pub joint_names: &'a [String],
 }
 
 /// What solves, and who watches.
@@ -96,6 +101,7 @@ impl<S: Geometry> Default for LastFlow<S> {
 pub struct Saved<S: Geometry> {
     motion: Motion<S>,
     ledger: Ledger,
+    joints: Vec<JointImpulse<S>>,
     pressed: Option<Vec<u64>>,
     worst: Option<SolveReport>,
 }
@@ -159,13 +165,15 @@ impl<S: Geometry> Together<'_, S> {
     /// Keeps what a trial flow changes.
     pub fn save(&self) -> Saved<S> {
         let (motion, pressed) = (self.bodies.motion.clone(), self.pressed.clone());
-        Saved { motion, ledger: self.ledger, pressed, worst: self.worst[0].clone() }
+        let joints = self.joints.clone();
+        Saved { motion, ledger: self.ledger, joints, pressed, worst: self.worst[0].clone() }
     }
 
     /// Takes a trial flow back, its lines in the ledger and its solves included.
     pub fn restore(&mut self, saved: &Saved<S>) {
         self.bodies.motion.copy_from(&saved.motion);
         self.ledger = saved.ledger;
+        self.joints.clone_from(&saved.joints);
         self.pressed.clone_from(&saved.pressed);
         self.worst[0].clone_from(&saved.worst);
     }
@@ -173,9 +181,18 @@ impl<S: Geometry> Together<'_, S> {
     /// Starts new lines and reports: what there was has been taken over.
     pub fn forget(&mut self) {
         self.ledger = Ledger::default();
+        self.joints.clear();
         self.events = Events::default();
         self.struck = ImpactReport::default();
         self.worst = [None, None];
+    }
+
+    /// Keeps what joints gave in a flow.
+    pub fn keep_joints(&mut self, problem: &ContactProblem<S>, impulses: &Impulses<S>) {
+        let flows = crate::joint::wrenches(&self.bodies.joints.all, problem, impulses);
+        let given = |flows| JointImpulse { flows, impacts: Twist::default() };
+        let given: Vec<JointImpulse<S>> = flows.into_iter().map(given).collect();
+        add_all(&mut self.joints, &given);
     }
 
     /// Velocities before the step's loads, per body.
