@@ -21,6 +21,7 @@ from carom._certificate import Certificate
 from carom._explanation import Explanation, Finding
 from carom._friction_problem import FrictionMeasure, FrictionProblem, FrictionSolution
 from carom._friction_problem_certificate import FrictionCertificate
+from carom._joint import Joint, Reaction
 from carom._problem import ContactProblem, Residual, Solution
 from carom._report import (
     EventReport,
@@ -137,6 +138,8 @@ __all__ = [
     "InaccurateError",
     "InaccurateWarning",
     "IslandReport",
+    "Joint",
+    "Reaction",
     "Residual",
     "Run",
     "RunFileError",

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from carom import _carom
 from carom._explanation import Explanation, Finding, findings_of
+from carom._joint import Reaction, reactions_of
 from carom._space import Floats, Records, Space
 
 if TYPE_CHECKING:
@@ -192,6 +193,7 @@ class _StepFields(NamedTuple):
     impacts: ImpactReport
     events: EventReport
     islands: tuple[IslandReport, ...]
+    joints: dict[str, Reaction]
     findings: tuple[Finding, ...]
     groups: dict[str, GroupReport]
 
@@ -218,6 +220,7 @@ class StepReport(_StepFields):
     events : `EventReport`: what the scheme "events" found within the step
     islands : `IslandReport` of each island where anything pressed, from solvers that go island by island:
         those of impacts, then those of persistent contacts
+    joints : `Reaction` of each joint by its name
     findings : `Finding` of the step in brief; see `explain`
     groups : `GroupReport` of each group in ``world.ledger_groups``, by name
     """
@@ -226,7 +229,7 @@ class StepReport(_StepFields):
 
     @classmethod
     def _told(cls, fields: Iterable[Any], world: World) -> Self:
-        *plain, impacts, events, islands, findings, groups = fields
+        *plain, impacts, events, islands, joints, findings, groups = fields
         told = tuple(IslandReport._told(island) for island in islands)
         made = cls._make(
             (
@@ -234,6 +237,7 @@ class StepReport(_StepFields):
                 ImpactReport._make(impacts),
                 EventReport._make(events),
                 told,
+                reactions_of(joints, world._space),
                 findings_of(findings),
                 {group.name: group for group in map(GroupReport._told, groups)},
             )

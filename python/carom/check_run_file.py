@@ -80,6 +80,7 @@ class RunFile:
             for name in ("bodies/linear_damping", "bodies/angular_damping")
         ]
         self.extent = self._whole("bodies/extent", (n,)) if self._has("bodies/extent") else None
+        self.has_joints = self._has("joints")
         row = self._whole("progress", (1,))[0]
         self.status = _STATUSES[int(row["status"])]
         self.steps_told = int(row["steps"])

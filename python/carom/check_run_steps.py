@@ -93,6 +93,8 @@ def check_pairs(checks: Checks, file: RunFile, bodies: Bodies, gravity: Floats, 
         return
     if rule not in END_SHARE or scheme != "fixed_step":
         apart, ends = f"scheme {scheme!r} with integrator {rule!r} is not known here", ends[:0]
+    if file.has_joints:
+        apart, ends = "joints move bodies by impulses that the file does not hold", ends[:0]
     for name in STEP_CHECKS:
         checks[name].note = checks[name].note or apart
     if len(ends):

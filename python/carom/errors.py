@@ -15,6 +15,7 @@ class CaromError(Exception):
     Attributes
     ----------
     body : name of the body meant, or None
+    joint : name of the joint meant, or None
     field : its field, a setting of the world or an argument, or None
     value : what was given, or None
     remedy : what to do about it, or None
@@ -32,6 +33,7 @@ class CaromError(Exception):
         """The whole sentence, and its parts for programs."""
         super().__init__(message)
         self.body = body
+        self.joint: str | None = None
         self.field = field
         self.value = value
         self.remedy = remedy

@@ -26,6 +26,7 @@ l actions, d = 2 | 3):
 /bodies/extent                      (n,)        largest extent of the shape [m]; since version 2
 /bodies/{linear, angular}_damping   (n,)        decay rates [1/s]; since version 2
 /scene, /settings                   text        the scene's own text; settings as JSON
+/joints                             text        name, kind and bodies of each joint as JSON; absent without
 /progress                           (1,)        status 0 running, 1 complete, 2 interrupted, 3 failed
 ==================================  ==========  =========================================================
 
@@ -219,6 +220,7 @@ class Header:
     inertia : (n,) | (n, 3, 3) float64 array about the centre of mass, body axes [kg m^2]
     extent : (n,) float64 array, largest extent of the shape [m]; None in files of version 1
     linear_damping, angular_damping : (n,) float64 arrays of decay rates [1/s]; likewise
+    joints : name, kind, a, b and length [m] of each joint
     """
 
     space: str
@@ -235,6 +237,7 @@ class Header:
     extent: Floats | None = None
     linear_damping: Floats | None = None
     angular_damping: Floats | None = None
+    joints: tuple[Mapping[str, Any], ...] = ()
     created: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
 
 
@@ -419,6 +422,9 @@ class FileRecorder:
             ("settings", json.dumps(dict(header.settings), default=_plain)),
         ):
             file.create_dataset(name, data=value, dtype=text).attrs["unit"] = "1"
+        if header.joints:
+            told = json.dumps([dict(joint) for joint in header.joints])
+            file.create_dataset("joints", data=told, dtype=text).attrs["unit"] = "1"
         bodies = file.create_group("bodies")
         names = np.array(header.names, dtype=object)
         bodies.create_dataset("name", data=names, dtype=text).attrs["unit"] = "1"
@@ -650,6 +656,7 @@ def _read_header(file: Any) -> Header:
         extent=bodies["extent"][...] if "extent" in bodies else None,
         linear_damping=bodies["linear_damping"][...] if "linear_damping" in bodies else None,
         angular_damping=bodies["angular_damping"][...] if "angular_damping" in bodies else None,
+        joints=tuple(json.loads(file["joints"].asstr()[()])) if "joints" in file else (),
         created=_attribute(file, "created"),
     )
 

@@ -333,4 +333,8 @@ def _header(world: Any, dt: float, every: int, scene: str, scene_name: str) -> H
         for name in ("extent", "linear_damping", "angular_damping")
     }
     known = (space, names, kinds, mass, inertia, settings, scene, scene_name, version, dt, every)
-    return Header(*known, more["extent"], more["linear_damping"], more["angular_damping"])
+    joints = tuple(
+        {"name": j.name, "kind": j.kind, "a": j.bodies[0], "b": j.bodies[1], "length": j.length}
+        for j in getattr(world, "joints", {}).values()
+    )
+    return Header(*known, more["extent"], more["linear_damping"], more["angular_damping"], joints)

@@ -18,6 +18,7 @@ mod groups;
 mod heaps;
 mod impact_laws;
 mod impacts;
+mod joints;
 mod ledger;
 mod materials;
 mod robustness;

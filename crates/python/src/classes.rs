@@ -5,6 +5,7 @@ use crate::arguments::{self, BodyArguments, PlainMass};
 use crate::body::{self, AtPoint, Carried};
 use crate::chunk::{self, Manner};
 use crate::errors;
+use crate::joint::{self, JointArguments};
 use crate::pieces::{self, Collided, PlainContacts, PlainHits, PlainNearest, PlainPose, PlainSide};
 use crate::problem::{PlainCsr, PlainResidual, Problem};
 use crate::records::{self, Field};
@@ -56,6 +57,18 @@ macro_rules! stamp {
             }
             fn remove(&self, py: Python<'_>, name: &str) -> PyResult<()> {
                 body::remove(&self.core, py, name)
+            }
+            fn add_joint(&self, py: Python<'_>, name: &str, arguments: JointArguments) -> PyResult<()> {
+                joint::add(&self.core, py, name, &arguments)
+            }
+            fn remove_joint(&self, py: Python<'_>, name: &str) -> PyResult<()> {
+                joint::remove(&self.core, py, name)
+            }
+            fn joint_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+                Ok(self.core.loan(py)?.world.bodies().joints.names.clone())
+            }
+            fn joint<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
+                joint::read(&self.core, py, name)
             }
             fn names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
                 Ok(self.core.loan(py)?.world.bodies().names.clone())

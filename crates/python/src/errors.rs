@@ -16,6 +16,14 @@ struct Parts<'a> {
     remedy: Option<&'a str>,
 }
 
+/// The joint that an error names.
+fn with_joint(py: Python<'_>, error: PyErr, joint: Option<&str>) -> PyErr {
+    match joint.map(|name| error.value(py).setattr("joint", name)) {
+        Some(Err(other)) => other,
+        _ => error,
+    }
+}
+
 /// Python's words: what is no number, what never moves.
 fn spelled(text: &str) -> String {
     text.replace("NaN", "nan").replace("a fixed body", "a static body")
@@ -43,13 +51,13 @@ fn raise(py: Python<'_>, class: &str, parts: Parts<'_>) -> PyErr {
 pub fn build(py: Python<'_>, e: &BuildError) -> PyErr {
     let (field, remedy) = (Some(e.field.as_str()), Some(e.remedy.as_str()));
     let parts = Parts { message: e.to_string(), body: e.body.as_deref(), field, value: None, remedy };
-    raise(py, "BuildError", parts)
+    with_joint(py, raise(py, "BuildError", parts), e.joint.as_deref())
 }
 
 /// A refused shape that belongs to no body yet.
 pub fn shape(py: Python<'_>, e: ShapeError) -> PyErr {
     let field = carom::error::shape_field(&e.field);
-    build(py, &BuildError { body: None, field, problem: e.problem, remedy: e.remedy })
+    build(py, &BuildError { body: None, joint: None, field, problem: e.problem, remedy: e.remedy })
 }
 
 /// A refused contact problem.
@@ -122,12 +130,16 @@ fn step_alone(py: Python<'_>, e: &StepError) -> PyErr {
             let (body, field) = (Some(bodies.0.as_str()), Some("energy_guard"));
             parts = Parts { body, field, remedy: Some(remedy), ..parts };
         }
+        StepError::Joint { remedy, .. } => {
+            parts = Parts { field: Some("joint"), remedy: Some(remedy), ..parts };
+        }
         StepError::Interrupted { .. } => {}
         StepError::ForceField { field, .. } => {
             parts = Parts { field: Some(field), remedy: Some("return finite numbers"), ..parts };
         }
     }
-    raise(py, class, parts)
+    let joint = if let StepError::Joint { joint, .. } = e { Some(joint.as_str()) } else { None };
+    with_joint(py, raise(py, class, parts), joint)
 }
 
 /// Another call is using the world.

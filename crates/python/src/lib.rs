@@ -9,6 +9,7 @@ mod classes;
 mod errors;
 mod fields;
 mod friction_problem;
+mod joint;
 mod lookout;
 mod pieces;
 mod problem;

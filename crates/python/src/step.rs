@@ -2,6 +2,7 @@
 
 use crate::chunk;
 use crate::errors;
+use crate::joint::{self, PlainReaction};
 use crate::lookout::Lookout;
 use crate::problem::Problem;
 use crate::records::{self, Records};
@@ -81,6 +82,7 @@ struct Told {
     islands: Vec<PlainIsland>,
     findings: Vec<PlainFinding>,
     gaining: Pair,
+    joints: Vec<PlainReaction>,
 }
 
 /// Takes a step of length `dt` \[s\], the setting's when there is none; the report's fields in the order of the
@@ -111,6 +113,12 @@ pub fn step<'py, S: Geometry>(
             islands,
             findings: plain_findings(&world.explain_briefly(&report)),
             gaining: names(world, report.impacts.gaining),
+            joints: report
+                .joints
+                .iter()
+                .zip(&world.bodies().joints.names)
+                .map(|(r, n)| joint::plain(n, r))
+                .collect(),
         };
         Ok((report, told))
     })?;
@@ -227,6 +235,7 @@ fn plain_report<'py, S: Geometry>(
             .into_bound_py_any(py)?,
         events_of(report).into_bound_py_any(py)?,
         told.islands.into_bound_py_any(py)?,
+        told.joints.into_bound_py_any(py)?,
         told.findings.into_bound_py_any(py)?,
         report.groups.iter().map(plain_group).collect::<Vec<_>>().into_bound_py_any(py)?,
     ];

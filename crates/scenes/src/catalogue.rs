@@ -1,6 +1,6 @@
 //! The scenes by name, with the parameters that their names stand for.
 
-use crate::{constrained, dominoes, falling, pouring, seven, sliding, spinning, stacking, striking};
+use crate::{constrained, dominoes, falling, jointed, pouring, seven, sliding, spinning, stacking, striking};
 use carom::{BuildError, Planar, Spatial, World2, World3};
 
 /// What is known of a scene before it is built.
@@ -44,7 +44,7 @@ const fn spatial_scene(
 /// Thirty degrees \[rad\].
 const SLOPE: f64 = std::f64::consts::FRAC_PI_6;
 
-static SCENES: [SceneInfo; 33] = [
+static SCENES: [SceneInfo; 39] = [
     planar_scene(
         "billiard_break_planar",
         6.0,
@@ -69,6 +69,15 @@ static SCENES: [SceneInfo; 33] = [
         "Newton's cradle of five discs, between walls instead of on strings",
         || striking::cradle::<Planar>(5),
     ),
+    planar_scene("double_pendulum_planar", 10.0, "two bars end to end swing from a pivot", || {
+        jointed::double_pendulum::<Planar>()
+    }),
+    planar_scene("four_bar_linkage_planar", 5.0, "a crank drives a rocker through a coupler", || {
+        jointed::four_bar_linkage::<Planar>()
+    }),
+    planar_scene("hanging_bridge_planar", 5.0, "a disc falls on a bridge of hinged planks", || {
+        jointed::hanging_bridge::<Planar>()
+    }),
     planar_scene("incline_planar", 3.0, "two blocks on a slope of 30 degrees: one holds, one slides", || {
         sliding::incline::<Planar>(SLOPE, [0.58, 0.57])
     }),
@@ -113,12 +122,18 @@ static SCENES: [SceneInfo; 33] = [
         || striking::cradle::<Spatial>(5),
     ),
     spatial_scene("dominoes", 2.0, "thirty dominoes fall in a winding row", || dominoes::dominoes(30)),
+    spatial_scene("double_pendulum_spatial", 10.0, "two bars on ball joints swing from a pivot", || {
+        jointed::double_pendulum::<Spatial>()
+    }),
     spatial_scene(
         "dzhanibekov",
         20.0,
         "a handle spun about its intermediate axis flips again and again",
         spinning::dzhanibekov,
     ),
+    spatial_scene("four_bar_linkage_spatial", 5.0, "a crank drives a rocker through ball joints", || {
+        jointed::four_bar_linkage::<Spatial>()
+    }),
     spatial_scene(
         "four_leg_table",
         2.0,
@@ -126,6 +141,9 @@ static SCENES: [SceneInfo; 33] = [
         || constrained::four_leg_table(8.0, 0.3, 0.1),
     ),
     spatial_scene("free_top", 10.0, "a symmetric top precesses freely", spinning::free_top),
+    spatial_scene("hanging_bridge_spatial", 5.0, "a ball falls on a bridge of planks on ball joints", || {
+        jointed::hanging_bridge::<Spatial>()
+    }),
     spatial_scene(
         "incline_spatial",
         3.0,

@@ -7,6 +7,7 @@ pub mod constrained;
 pub mod contact_problems;
 pub mod dominoes;
 pub mod falling;
+pub mod jointed;
 pub mod pouring;
 pub mod seven;
 pub mod simbenchmark;

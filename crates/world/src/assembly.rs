@@ -1,10 +1,11 @@
 //! From contacts to a contact problem, and from impulses to velocities and lines of the ledger.
 
 use crate::bodies::Bodies;
+use crate::integrate::set_spin_momentum;
 use crate::narrow_phase::Touch;
 use crate::observe::ledger::Ledger;
 use carom_geometry::Geometry;
-use carom_math::{Column, Space};
+use carom_math::{Column, Rotation, Space};
 use carom_solver::{Contact, ContactProblem, Entry, FrictionLaw, Impulses, Resistance, Twist};
 
 /// Empties a problem and fills in the bodies' inverse masses and present velocities.
@@ -61,6 +62,42 @@ pub fn bodies_of<S: Space>(problem: &ContactProblem<S>, entry: Option<Entry>) ->
         Entry::Contact(i) => (problem.contacts[i].a, problem.contacts[i].b),
         Entry::Row(i) => (problem.rows[i].a, problem.rows[i].b),
     })
+}
+
+/// Moves bodies by small displacements; their spin momenta stay.
+pub fn displace<S: Geometry>(bodies: &mut Bodies<S>, displacements: &[Twist<S>]) {
+    for (i, d) in displacements.iter().enumerate() {
+        bodies.motion.position[i] += d.linear;
+        if d.angular != S::Spin::ZERO {
+            let momentum = bodies.spin_momentum(i);
+            let turned = bodies.motion.rotation[i].then(&S::Rotation::about(d.angular));
+            bodies.motion.rotation[i] = turned;
+            set_spin_momentum(bodies, i, momentum);
+        }
+    }
+}
+
+/// Work of bounded rows between two sets of velocities, by the kick identity \[J\]; the part that moving obstacles paid
+/// goes to the ledger.
+pub fn row_work<S: Geometry>(
+    bodies: &Bodies<S>,
+    problem: &ContactProblem<S>,
+    impulses: &Impulses<S>,
+    before: &[Twist<S>],
+    after: &[Twist<S>],
+    ledger: &mut Ledger,
+) -> f64 {
+    let mut work = 0.0;
+    for (r, &l) in problem.rows.iter().zip(&impulses.rows) {
+        let velocity = |v: &[Twist<S>]| r.on_a.dot(&v[r.a]) + r.on_b.dot(&v[r.b]);
+        work += 0.5 * l * (velocity(before) + velocity(after));
+        for (body, on) in [(r.a, &r.on_a), (r.b, &r.on_b)] {
+            if !bodies.is_dynamic(body) {
+                ledger.driven -= l * on.dot(&after[body]);
+            }
+        }
+    }
+    work
 }
 
 /// Work of contact impulses between two sets of velocities, by the kick identity: (normal, friction) of one

@@ -3,6 +3,7 @@
 
 use crate::body::{BodyKind, BodySpec, MassSource};
 use crate::error::BuildError;
+use crate::joint::Joints;
 use crate::material::Materials;
 use carom_geometry::{Geometry, MassProperties};
 use carom_math::{Column, Inertia, Pose, Rotation, Space};
@@ -102,6 +103,8 @@ pub struct Bodies<S: Geometry> {
     pub names: Vec<String>,
     /// Their materials, and what was said of pairs of them.
     pub materials: Materials,
+    /// What joins them.
+    pub joints: Joints<S>,
     index: BTreeMap<String, usize>,
     serials: u64,
 }
@@ -232,7 +235,7 @@ impl<S: Geometry> Bodies<S> {
         Ok(self.names.len() - 1)
     }
 
-    /// Some of the bodies, in the order given, without names and shapes as stated: what a step needs of them.
+    /// Some of the bodies, ascending, without names and shapes as stated: what a step needs of them.
     pub(crate) fn some(&self, indices: &[usize]) -> Bodies<S> {
         let m = &self.motion;
         let data = indices.iter().map(|&i| BodyData { shape: None, ..self.data[i].clone() });
@@ -246,6 +249,7 @@ impl<S: Geometry> Bodies<S> {
             },
             names: Vec::new(),
             materials: self.materials.clone(),
+            joints: self.joints.some(indices),
             index: BTreeMap::new(),
             serials: self.serials,
         }
@@ -254,9 +258,15 @@ impl<S: Geometry> Bodies<S> {
     /// Removes a body; those after it move up by one.
     ///
     /// # Errors
-    /// [`BuildError`] when no body has this name.
+    /// [`BuildError`] when no body has this name, or a joint holds it.
     pub fn remove(&mut self, name: &str) -> Result<(), BuildError> {
         let i = self.find(name).ok_or_else(|| self.unknown(name))?;
+        if let Some(&number) = self.joints.of_body(i).first() {
+            let joint = &self.joints.names[number];
+            let problem = format!("is held by joint '{joint}'");
+            return Err(BuildError::body(name, "name", problem, "remove the joint first"));
+        }
+        self.joints.forget_body(i);
         self.data.remove(i);
         self.names.remove(i);
         self.motion.position.remove(i);

@@ -93,6 +93,9 @@ impl<S: Geometry> Correction<S> {
             c.friction = 0.0;
             self.problem.contacts.push(c);
         }
+        // joints stay closed, and close what the step left open
+        let errors: Vec<f64> = bodies.joint_errors().iter().map(|e| -e / dt).collect();
+        bodies.push_joints(&bodies.joint_frames(), &errors, &mut self.problem);
         self.impulses.reset(&self.problem);
         // the correction is a fraction anyway: a tenth of the slop per step is exact enough
         let solve = SolveSettings {

@@ -5,16 +5,27 @@ use thiserror::Error;
 
 /// Wrong input, refused where it enters; the world is unchanged.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{}{}; {remedy}", body.as_ref().map(|b| format!("body '{b}': ")).unwrap_or_default(), sentence(field, problem))]
+#[error("{}{}; {remedy}", named(body.as_deref(), joint.as_deref()), sentence(field, problem))]
 pub struct BuildError {
     /// Name of the body meant, if one is.
     pub body: Option<String>,
+    /// Name of the joint meant, if one is.
+    pub joint: Option<String>,
     /// Field of the body or setting of the world.
     pub field: String,
     /// What is wrong, with the value.
     pub problem: String,
     /// What to do about it.
     pub remedy: String,
+}
+
+/// What is meant, before a colon.
+fn named(body: Option<&str>, joint: Option<&str>) -> String {
+    match (body, joint) {
+        (_, Some(joint)) => format!("joint '{joint}': "),
+        (Some(body), None) => format!("body '{body}': "),
+        (None, None) => String::new(),
+    }
 }
 
 /// Verbs with which a problem goes on from its field: `mass must be > 0`; others follow a colon.
@@ -40,19 +51,31 @@ impl BuildError {
     pub fn body(body: &str, field: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         BuildError {
             body: Some(body.into()),
+            joint: None,
             field: field.into(),
             problem: problem.into(),
             remedy: remedy.into(),
         }
     }
+    /// An error about a field of a joint.
+    pub fn joint(joint: &str, field: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        BuildError { joint: Some(joint.into()), ..BuildError::setting(field, problem, remedy) }
+    }
     /// An error about a setting of the world.
     pub fn setting(field: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        BuildError { body: None, field: field.into(), problem: problem.into(), remedy: remedy.into() }
+        BuildError {
+            body: None,
+            joint: None,
+            field: field.into(),
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
     }
     /// The error of a shape as one of the body that has it.
     pub fn shape(body: &str, e: ShapeError) -> Self {
         BuildError {
             body: Some(body.into()),
+            joint: None,
             field: shape_field(&e.field),
             problem: e.problem,
             remedy: e.remedy,
@@ -151,6 +174,18 @@ pub enum StepError {
         law: &'static str,
         /// What the impacts would gain \[J\].
         energy: f64,
+        /// Time of the world \[s\].
+        time: f64,
+    },
+    /// A joint cannot be held.
+    #[error("step at t = {time} s: joint '{joint}': {problem}; {remedy}")]
+    Joint {
+        /// Name of the joint.
+        joint: String,
+        /// What is wrong, with the value.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
         /// Time of the world \[s\].
         time: f64,
     },

@@ -11,6 +11,7 @@ pub mod error;
 pub mod force;
 pub mod impact;
 pub mod integrate;
+pub mod joint;
 pub mod material;
 pub mod mid_step;
 pub mod narrow_phase;
@@ -39,6 +40,7 @@ pub use carom_solver::{
 pub use error::{BuildError, StepError};
 pub use force::{ForceField, Wrench};
 pub use integrate::Integrator;
+pub use joint::{Anchor, Joint, JointKind, JointSpec, Joints, Reaction};
 pub use material::{MaterialPair, Mixing};
 pub use narrow_phase::Touch;
 pub use observe::accounts::{Account, MomentumLedger};

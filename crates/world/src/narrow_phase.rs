@@ -55,7 +55,8 @@ impl<S: Geometry> NarrowPhase<S> {
         let may_pair = |i: usize, j: usize| {
             let (a, b) = (&data[indices[i]], &data[indices[j]]);
             let moves = a.inverse_mass > 0.0 || b.inverse_mass > 0.0;
-            moves && a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0
+            let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;
+            moves && groups && !bodies.joints.keeps_apart(indices[i], indices[j])
         };
         let pairs = self.broad.update(&self.bounds, &self.movable, &may_pair);
         if share_speeds(pairs, &self.movable, &mut self.speeds) {

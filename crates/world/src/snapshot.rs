@@ -6,6 +6,7 @@ use crate::bodies::Motion;
 use crate::body::{BodyKind, BodySpec, MassSource};
 use crate::error::BuildError;
 use crate::force::Wrench;
+use crate::joint::{Joint, JointKind};
 use crate::material::MaterialPair;
 use crate::observe::ledger::Ledger;
 use crate::settings::Settings;
@@ -61,6 +62,32 @@ struct Saved<S: Geometry> {
     force_fields: Vec<String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pairs: Vec<(String, String, MaterialPair)>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    joints: Vec<SavedJoint<S>>,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    joint_serials: u64,
+}
+
+fn is_zero(n: &u64) -> bool {
+    *n == 0
+}
+
+/// A joint, its bodies by name.
+#[derive(Serialize, Deserialize)]
+#[serde(bound = "", deny_unknown_fields)]
+struct SavedJoint<S: Geometry> {
+    name: String,
+    kind: JointKind,
+    a: String,
+    b: Option<String>,
+    anchor_a: S::Vector,
+    anchor_b: S::Vector,
+    length: f64,
+    rotation: S::Rotation,
+    collide: bool,
+    unit: f64,
+    size: f64,
+    serial: u64,
 }
 
 fn unreadable(problem: String) -> BuildError {
@@ -84,8 +111,45 @@ impl<S: Geometry> World<S> {
             ledger: self.ledger,
             force_fields: self.force_fields().map(String::from).collect(),
             pairs: self.pairs().map(|(a, b, pair)| (a.into(), b.into(), pair)).collect(),
+            joints: self.saved_joints(),
+            joint_serials: self.bodies.joints.serials,
         };
         serde_json::to_string(&saved).expect("a snapshot is plain data")
+    }
+
+    fn saved_joints(&self) -> Vec<SavedJoint<S>> {
+        let name = |i: usize| self.bodies.names[i].clone();
+        let saved = |(j, joint): (&Joint<S>, &String)| SavedJoint {
+            name: joint.clone(),
+            kind: j.kind,
+            a: name(j.a),
+            b: j.b.map(name),
+            anchor_a: j.anchor_a,
+            anchor_b: j.anchor_b,
+            length: j.length,
+            rotation: j.rotation,
+            collide: j.collide,
+            unit: j.unit,
+            size: j.size,
+            serial: j.serial,
+        };
+        let joints = &self.bodies.joints;
+        joints.all.iter().zip(&joints.names).map(saved).collect()
+    }
+
+    fn restore_joints(&mut self, saved: Vec<SavedJoint<S>>, serials: u64) -> Result<(), BuildError> {
+        for j in saved {
+            let body = |name: &str| self.bodies.find(name).ok_or_else(|| self.bodies.unknown(name));
+            let (a, b) = (body(&j.a)?, j.b.as_deref().map(body).transpose()?);
+            let SavedJoint {
+                kind, anchor_a, anchor_b, length, rotation, collide, unit, size, serial, ..
+            } = j;
+            let joint =
+                Joint { kind, a, b, anchor_a, anchor_b, length, rotation, collide, unit, size, serial };
+            self.bodies.joints.push(&j.name, joint);
+        }
+        self.bodies.joints.serials = serials;
+        Ok(())
     }
 
     fn saved_body(&self, i: usize, waiting: &Wrench<S>) -> SavedBody<S> {
@@ -143,6 +207,7 @@ impl<S: Geometry> World<S> {
         }
         // written over what `add` normalised, so that every bit is the saved one
         world.bodies.motion.copy_from(&motion);
+        world.restore_joints(saved.joints, saved.joint_serials)?;
         world.bodies.set_serials(saved.serials);
         world.set_trajectory(saved.time, saved.steps, saved.warm, saved.ledger);
         *world.waiting() = waiting;

@@ -15,6 +15,12 @@ pub struct WarmStart<S: Space> {
     /// Contact id and moment of rolling and spinning friction \[N m\] in world axes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub moments: Vec<(u64, S::Spin)>,
+    /// Row id and its force \[N\], sorted by id.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rows: Vec<(u64, f64)>,
+    /// What the last step left of each joint.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: crate::joint::Memory,
     /// Contacts that held through the last flow of a scheme with events, ascending.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pressed: Vec<u64>,
@@ -39,11 +45,15 @@ impl<S: Space> WarmStart<S> {
             }
         }
         self.moments.sort_by_key(|m| m.0);
+        self.rows.clear();
+        self.rows.extend(problem.rows.iter().zip(&impulses.rows).map(|(r, l)| (r.id, l / dt)));
+        self.rows.sort_by_key(|r| r.0);
     }
     /// Adds another group's forces and pressed contacts; `sort` them when all are in.
     pub(crate) fn take_over(&mut self, other: WarmStart<S>, pressed: Vec<u64>) {
         self.forces.extend(other.forces);
         self.moments.extend(other.moments);
+        self.rows.extend(other.rows);
         self.pressed.extend(pressed);
     }
     /// Puts all lists in order.
@@ -52,15 +62,22 @@ impl<S: Space> WarmStart<S> {
         self.forces.dedup_by_key(|f| f.0);
         self.moments.sort_by_key(|m| m.0);
         self.moments.dedup_by_key(|m| m.0);
+        self.rows.sort_by_key(|r| r.0);
+        self.rows.dedup_by_key(|r| r.0);
         self.pressed.sort_unstable();
         self.pressed.dedup();
     }
-    /// Fills in the impulses of contacts that were there in the last step.
+    /// Fills in the impulses of contacts and rows that were there in the last step.
     pub fn load(&self, problem: &ContactProblem<S>, dt: f64, impulses: &mut Impulses<S>) {
         for (c, g) in problem.contacts.iter().zip(&mut impulses.contacts) {
             if let Ok(k) = self.forces.binary_search_by_key(&c.id, |f| f.0) {
                 let (_, normal, tangent) = self.forces[k];
                 *g = Impulse { normal: normal * dt, tangent: c.to_slip(tangent * dt) };
+            }
+        }
+        for (r, l) in problem.rows.iter().zip(&mut impulses.rows) {
+            if let Ok(k) = self.rows.binary_search_by_key(&r.id, |row| row.0) {
+                *l = self.rows[k].1 * dt;
             }
         }
         for (r, m) in problem.resistances.iter().zip(&mut impulses.moments) {

@@ -6,6 +6,7 @@ use crate::body::{BodyKind, BodySpec};
 use crate::error::{BuildError, StepError};
 use crate::force::{ForceField, Wrench};
 use crate::integrate::Step;
+use crate::joint::{self, Reaction};
 use crate::material::MaterialPair;
 use crate::narrow_phase::{NarrowPhase, Touch};
 use crate::observe::energy::{Energy, Momenta};
@@ -15,7 +16,7 @@ use crate::observe::groups::{GroupReport, Groups, LedgerGroup};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::StepReport;
 use crate::settings::{Scheme, Settings};
-use crate::stepping::schemes::Schemes;
+use crate::stepping::schemes::{JointsLast, Schemes};
 use crate::stepping::{Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
@@ -116,15 +117,24 @@ impl<S: Geometry> World<S> {
     /// Removes a body; the indices of those after it fall by one.
     ///
     /// # Errors
-    /// [`BuildError`] when no body has this name.
+    /// [`BuildError`] when no body has this name, or a joint holds it.
     pub fn remove(&mut self, name: &str) -> Result<(), BuildError> {
         let index = self.bodies.find(name).ok_or_else(|| self.bodies.unknown(name))?;
         self.bodies.remove(name)?;
         self.groups.forget(name);
         self.applied.remove(index);
+        self.forget_step();
+        Ok(())
+    }
+    /// Forgets what the last step found: what it names is another now.
+    pub(crate) fn forget_step(&mut self) {
         self.touches.clear();
         self.schemes = Schemes::default();
-        Ok(())
+    }
+    /// What the joints' bodies a got from their bodies b in the last step, joint by joint; empty before the first.
+    pub fn reactions(&self) -> Vec<Reaction<S>> {
+        let JointsLast { dt, impulses } = &self.schemes.joints;
+        impulses.iter().map(|i| i.told(*dt)).collect()
     }
     /// Says the coefficients of a pair of materials, in either order, in place of what mixing makes of the bodies';
     /// what is `None` is mixed. Takes effect with the next step.
@@ -433,6 +443,7 @@ impl<S: Geometry> World<S> {
         }
         self.normalize_rotations();
         self.check_after()?;
+        self.warm.joints = joint::left(&self.bodies);
         Ok(self.observe(before, &of_groups, scheme, dt))
     }
 
@@ -448,7 +459,9 @@ impl<S: Geometry> World<S> {
         let (bodies, settings, warm) = (&mut self.bodies, &self.settings, &mut self.warm);
         self.schemes.ran = settings.scheme;
         self.schemes.begin_accounts(bodies.len(), !self.groups.is_empty());
-        match settings.scheme {
+        let mut begun = Ledger::default();
+        let mut impulses = joint::begin(bodies, &warm.joints, settings, self.time, &mut begun)?;
+        let report = match settings.scheme {
             Scheme::FixedStep => {
                 self.narrow_phase.update(bodies, settings, dt, &mut self.touches);
                 self.schemes.fixed_step.advance(bodies, &self.touches, settings, &step, outside, warm)
@@ -458,7 +471,12 @@ impl<S: Geometry> World<S> {
                 self.touches.clone_from(&self.schemes.events.touches);
                 report
             }
-        }
+        };
+        let mut report = report?;
+        report.ledger.add(&begun);
+        joint::add_all(&mut impulses, self.schemes.joint_impulses());
+        self.schemes.joints = JointsLast { dt, impulses };
+        Ok(report)
     }
 
     fn observe(
@@ -495,6 +513,7 @@ impl<S: Geometry> World<S> {
             momenta: self.momenta(),
             ledger,
             groups,
+            joints: self.reactions(),
         }
     }
 
@@ -601,8 +620,7 @@ impl<S: Geometry> World<S> {
         self.steps = steps;
         self.warm = warm;
         self.ledger = ledger;
-        self.touches.clear();
-        self.schemes = Schemes::default();
+        self.forget_step();
         self.applied = vec![Wrench::default(); self.bodies.len()];
     }
 

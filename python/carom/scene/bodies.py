@@ -23,6 +23,7 @@ from carom.scene.fields import (
     Positive,
     SpatialRotation,
     Strict,
+    Switch,
     Vector2,
     Vector3,
     refuse,
@@ -73,6 +74,64 @@ class MaterialPair(Strict):
         """What is said of the pair."""
         keys = ("friction", "restitution", "rolling_friction", "spinning_friction")
         return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
+
+
+class _JointCommon(Strict):
+    """What joints of the plane and of space have in common."""
+
+    name: Name = Field(description="Name of the joint, unlike that of any other.")
+    kind: Literal["point", "distance", "fixed"] = Field(
+        description="point: a point stays at a point (hinge, ball joint); distance: two points keep their "
+        "distance (massless rod); fixed: the relative pose stays (weld)."
+    )
+    a: Name = Field(description="Name of a body.")
+    b: Name | None = Field(default=None, description="Name of another body; the world itself when absent.")
+    length: Positive | None = Field(
+        default=None, description="Length of a distance joint [m]; the present distance when absent."
+    )
+    collide: Switch = Field(default=False, description="Whether the two bodies collide with each other.")
+
+    def _check_places(self, point: Any, anchors: tuple[Any, Any]) -> None:
+        if point is not None and any(anchor is not None for anchor in anchors):
+            raise refuse("point", "point must not be given beside anchors", "give point or anchors")
+        if point is not None and self.kind == "distance":
+            raise refuse("point", "point has no meaning for a distance joint", "give anchor_a and anchor_b")
+        if self.length is not None and self.kind != "distance":
+            raise refuse("length", f"length has no meaning for a {self.kind} joint", "leave it out")
+
+
+class PlanarJoint(_JointCommon):
+    """A joint of the plane."""
+
+    point: Vector2 | None = Field(default=None, description="Place of the world where both are held [m].")
+    anchor_a: Vector2 | None = Field(
+        default=None, description="Point of a in its shape's axes [m]; derived when absent."
+    )
+    anchor_b: Vector2 | None = Field(
+        default=None, description="Point of b in its shape's axes, or place of the world [m]."
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        self._check_places(self.point, (self.anchor_a, self.anchor_b))
+        return self
+
+
+class SpatialJoint(_JointCommon):
+    """A joint of space."""
+
+    point: Vector3 | None = Field(default=None, description="Place of the world where both are held [m].")
+    anchor_a: Vector3 | None = Field(
+        default=None, description="Point of a in its shape's axes [m]; derived when absent."
+    )
+    anchor_b: Vector3 | None = Field(
+        default=None, description="Point of b in its shape's axes, or place of the world [m]."
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        self._check_places(self.point, (self.anchor_a, self.anchor_b))
+        return self
 
 
 class MeshFile(Strict):

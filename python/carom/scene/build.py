@@ -101,6 +101,13 @@ def build_document(
                 _add(world, document, body, copy, solid)
             except CaromError as error:
                 raise _located(origin, index, copy.name, error) from error
+    for index, joint in enumerate(document.joint):
+        given_joint = joint.model_dump(exclude={"name", "kind"}, exclude_none=True)
+        add: Any = getattr(world, f"add_{joint.kind}_joint")
+        try:
+            add(joint.name, **given_joint)
+        except CaromError as error:
+            raise _located(origin, index, None, error, "joint") from error
     used = {body.material for body in bodies}
     for pair in document.pair:
         one, other = pair.materials
@@ -109,11 +116,13 @@ def build_document(
     return world, meshes.notes
 
 
-def _located(origin: Origin, index: int, name: str, error: CaromError) -> SceneError:
-    """The engine's refusal with the file and the line of the body's key."""
+def _located(
+    origin: Origin, index: int, name: str | None, error: CaromError, part: str = "body"
+) -> SceneError:
+    """The engine's refusal with the file and the line of the key of a body or of a joint."""
     key = str(error.field) if getattr(error, "field", None) else ""
     parts = [part for part in re.split(r"[.\[\]]+", key) if part]
-    path: KeyPath = ("body", index, *(int(part) if part.isdigit() else part for part in parts))
+    path: KeyPath = (part, index, *(int(part) if part.isdigit() else part for part in parts))
     line = line_of(origin.lines(), path)
     place = f"{origin.source}:{line}" if line is not None else origin.source
     return SceneError(

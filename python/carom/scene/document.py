@@ -10,7 +10,15 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, TypeAdapter, model_validator
 
-from carom.scene.bodies import BodyCommon, Material, MaterialPair, PlanarBody, SpatialBody
+from carom.scene.bodies import (
+    BodyCommon,
+    Material,
+    MaterialPair,
+    PlanarBody,
+    PlanarJoint,
+    SpatialBody,
+    SpatialJoint,
+)
 from carom.scene.fields import (
     Fraction,
     Name,
@@ -181,6 +189,15 @@ class SceneCommon(Strict):
                 )
             seen[body.name] = index
 
+    def _check_joints(self, joints: list[Any]) -> None:
+        """Names of joints are unique; their bodies are found when the world is built, copies included."""
+        seen: dict[str, int] = {}
+        for index, joint in enumerate(joints):
+            other = seen.setdefault(joint.name, index)
+            if other != index:
+                problem = f"name {joint.name!r} is taken by joint {other + 1}"
+                raise refuse(f"joint.{index}.name", problem, "choose another")
+
     def _check_pairs(self) -> None:
         """Rules of pairs: materials exist, something is said, and only once of a pair."""
         seen: dict[frozenset[str], int] = {}
@@ -215,10 +232,14 @@ class PlanarScene(SceneCommon):
     space: Literal["planar"] = Field(description="planar: (x, y, angle); spatial: (x, y, z, quaternion).")
     world: PlanarSettings = Field(default=PlanarSettings(), description="Settings of the world.")
     body: Annotated[list[PlanarBody], Field(min_length=1, max_length=100_000)] = Field(description="Bodies.")
+    joint: Annotated[list[PlanarJoint], Field(max_length=100_000)] = Field(
+        default=[], description="Joints between bodies, or of bodies with the world."
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         self._check_bodies(self.body)
+        self._check_joints(self.joint)
         self._check_pairs()
         return self
 
@@ -229,10 +250,14 @@ class SpatialScene(SceneCommon):
     space: Literal["spatial"] = Field(description="planar: (x, y, angle); spatial: (x, y, z, quaternion).")
     world: SpatialSettings = Field(default=SpatialSettings(), description="Settings of the world.")
     body: Annotated[list[SpatialBody], Field(min_length=1, max_length=100_000)] = Field(description="Bodies.")
+    joint: Annotated[list[SpatialJoint], Field(max_length=100_000)] = Field(
+        default=[], description="Joints between bodies, or of bodies with the world."
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         self._check_bodies(self.body)
+        self._check_joints(self.joint)
         self._check_pairs()
         return self
 

@@ -3,6 +3,7 @@
 
 use super::analyses::Analyses;
 use super::blocks::Blocks;
+use super::equalities::{is_linear, solve_linear};
 use super::mass_roots::MassRoots;
 use super::memory::Memory;
 use super::mixed::{is_mixed, solve_mixed};
@@ -55,6 +56,11 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
     ) -> Outcome {
         self.prepared.update(problem);
         self.given.copy_from(impulses);
+        if is_linear(problem) {
+            let rounds = solve_linear(problem, &self.prepared, settings.tolerance, impulses);
+            let spent = (rounds, settings.tolerance);
+            return judged_in(problem, &self.prepared, spent, (&self.given, impulses), &mut self.after);
+        }
         if is_mixed(problem) {
             let mut outcome = solve_mixed(problem, &self.prepared, settings, impulses, watch);
             self.keep_better(problem, &mut outcome, impulses);

@@ -12,6 +12,7 @@ pub(crate) mod blocks;
 mod bodies;
 mod cone;
 mod contacts;
+mod equalities;
 mod face;
 mod feasibility;
 mod groups;

@@ -19,6 +19,7 @@ use crate::assembly;
 use crate::bodies::Bodies;
 use crate::error::StepError;
 use crate::impact::part::{Islands, Part};
+use crate::joint::{JointImpulse, mover, still, wrenches};
 use crate::narrow_phase::Touch;
 use crate::observe::accounts::{Accounts, Cause};
 use crate::observe::event_log::{Acted, EventKind, EventLog, PieceKind};
@@ -54,6 +55,10 @@ pub struct Impacts<S: Geometry> {
     pub log: EventLog<S>,
     /// What each body is given by the impacts, added up over calls of `resolve`; whose scheme asks for it makes it.
     pub accounts: Accounts<S>,
+    /// What the last call of `resolve` made the joints give.
+    pub(crate) joints: Vec<JointImpulse<S>>,
+    /// Numbers of the joints whose rows the problem has.
+    held: Vec<usize>,
     /// Energy that the guarded islands' own law gains \[J\].
     gain: f64,
     /// Bodies of the contact that gains most.
@@ -86,6 +91,8 @@ impl<S: Geometry> Default for Impacts<S> {
             moments: Vec::new(),
             log: EventLog::default(),
             accounts: Accounts::default(),
+            joints: Vec::new(),
+            held: Vec::new(),
             gain: 0.0,
             gaining: None,
             after: Vec::new(),
@@ -126,6 +133,7 @@ impl<S: Geometry> Impacts<S> {
         let never = f64::INFINITY;
         let no_bounce = Thresholds { rest_speed: never, elastic_rest_speed: never, ..*thresholds };
         self.begin(touches.len());
+        self.begin_joints(bodies, touches, (law, thresholds), ledger);
         let mut report: Option<SolveReport> = None;
         loop {
             let last = self.rounds == most;
@@ -179,6 +187,29 @@ impl<S: Geometry> Impacts<S> {
         (self.gain, self.gaining) = (0.0, None);
     }
 
+    /// An impact is between bodies whose joints are consistent: what a step leaves of G v (theory 9.3) ends first.
+    fn begin_joints(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        touches: &[Touch<S>],
+        (law, thresholds): (ImpactLaw, &Thresholds),
+        ledger: &mut Ledger,
+    ) {
+        self.joints.clear();
+        if bodies.joints.is_empty() {
+            return;
+        }
+        self.joints.resize(bodies.joints.len(), JointImpulse::default());
+        if !part::choose(bodies, touches, law, thresholds, &self.resolved, &mut self.parts) {
+            return;
+        }
+        let mut islands = Islands::of(bodies, touches, &self.parts);
+        let called = islands.where_any(bodies, touches, &self.parts, |p| p.calls);
+        let joints = &bodies.joints.all;
+        let chosen: Vec<bool> = joints.iter().map(|j| called[islands.root_of(mover(bodies, j))]).collect();
+        still(bodies, &chosen, ledger, &mut self.joints);
+    }
+
     /// True when a round of the step had this touch in its problem.
     pub fn resolved(&self, touch: usize) -> bool {
         self.resolved[touch]
@@ -208,6 +239,10 @@ impl<S: Geometry> Impacts<S> {
         }
         for (r, m) in self.problem.resistances.iter().zip(&self.impulses.moments) {
             self.moments[self.struck[r.contact]] += self.problem.contacts[r.contact].moment_to_world(*m);
+        }
+        let held: Vec<_> = self.held.iter().map(|&k| bodies.joints.all[k]).collect();
+        for (k, wrench) in self.held.iter().zip(wrenches(&held, &self.problem, &self.impulses)) {
+            self.joints[*k].impacts.add_scaled(&wrench, 1.0);
         }
         self.after.clear();
         self.after.extend_from_slice(&self.problem.velocities);
@@ -304,6 +339,13 @@ impl<S: Geometry> Impacts<S> {
             self.resolved[k] = true;
             self.settled[k] = !bouncing[root];
         }
+        self.held.clear();
+        for (k, j) in bodies.joints.all.iter().enumerate() {
+            if called[islands.root_of(mover(bodies, j))] {
+                j.push_rows(&bodies.motion, &j.frame(bodies), &mut self.problem.rows);
+                self.held.push(k);
+            }
+        }
     }
 
     fn account(&mut self, bodies: &Bodies<S>) {
@@ -349,6 +391,8 @@ impl<S: Geometry> Impacts<S> {
         };
         let p = &self.problem;
         assembly::contact_work(bodies, p, &self.impulses, &p.velocities, &self.after, book, &mut lines);
+        lines.constraint =
+            assembly::row_work(bodies, p, &self.impulses, &p.velocities, &self.after, &mut lines);
         lines.impact_normal = normal;
         lines.rest_cut = rest_cut;
         lines.impact_friction = friction;

@@ -49,6 +49,7 @@ pub fn rebound<S: Space>(plastic: &ContactProblem<S>, bounces: &[bool], impulses
     for g in &mut impulses.contacts {
         *g = Impulse { normal: g.normal * factor, tangent: g.tangent * factor };
     }
+    impulses.rows.iter_mut().for_each(|l| *l *= factor);
     impulses.moments.iter_mut().for_each(|m| *m = *m * factor);
 }
 

@@ -79,11 +79,16 @@ impl Islands {
         islands.reset(bodies.len());
         let joins = |&(a, b): &(usize, usize)| bodies.is_dynamic(a) && bodies.is_dynamic(b);
         pairs.filter(joins).for_each(|(a, b)| islands.join(a, b));
+        bodies.jointed().for_each(|(a, b)| islands.join(a, b));
         Islands(islands)
     }
     /// The body that names a touch's island: an obstacle belongs to none, a contact is where its body that moves is.
     pub fn root<S: Geometry>(&mut self, bodies: &Bodies<S>, t: &Touch<S>) -> usize {
         self.0.root(if bodies.is_dynamic(t.a) { t.a } else { t.b })
+    }
+    /// The body that names a body's island.
+    pub fn root_of(&mut self, body: usize) -> usize {
+        self.0.root(body)
     }
     /// For each body that names an island, whether any of its parts is so.
     pub fn where_any<S: Geometry>(

@@ -7,7 +7,7 @@
 //! has a part that no row of a contact problem states; its residual is the change of the last sweep.
 
 use carom_math::Space;
-use carom_solver::methods::pgs::relax_above;
+use carom_solver::methods::pgs::{relax_above, relax_row};
 use carom_solver::prepared::Prepared;
 use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, SolveSettings, Stop, Watch};
 
@@ -46,6 +46,9 @@ pub fn solve<S: Space>(
     for (g, more) in impulses.contacts.iter_mut().zip(&given_back.contacts) {
         *g = Impulse { normal: g.normal + more.normal, tangent: g.tangent + more.tangent };
     }
+    for (l, more) in impulses.rows.iter_mut().zip(&given_back.rows) {
+        *l += more;
+    }
     for (m, more) in impulses.moments.iter_mut().zip(&given_back.moments) {
         *m += *more;
     }
@@ -70,6 +73,9 @@ fn give_back<S: Space>(
         let mut squared: f64 = 0.0;
         for ((c, g), least) in prepared.contacts.iter().zip(&mut impulses.contacts).zip(least) {
             squared = squared.max(relax_above(c, g, *least, phase.friction_law, &mut velocities));
+        }
+        for ((given, row), l) in phase.rows.iter().zip(&prepared.rows).zip(&mut impulses.rows) {
+            squared = squared.max(relax_row(given, row, l, &mut velocities));
         }
         for (r, m) in prepared.resistances.iter().zip(&mut impulses.moments) {
             squared = squared.max(r.relax(impulses.contacts[r.contact].normal, m, &mut velocities));

@@ -1,5 +1,6 @@
 //! What a step tells of itself.
 
+use crate::joint::Reaction;
 use crate::observe::energy::{Energy, Momenta};
 use crate::observe::groups::GroupReport;
 use crate::observe::ledger::Ledger;
@@ -147,6 +148,9 @@ pub struct StepReport<S: Space> {
     /// The books of the groups that were asked for ([`crate::World::set_ledger_groups`]).
     #[serde(default)]
     pub groups: Vec<GroupReport<S>>,
+    /// What the joints gave their bodies, joint by joint.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<Reaction<S>>,
 }
 
 impl<S: Space> StepReport<S> {

@@ -11,6 +11,7 @@ use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::{Impacts, Role, Thresholds, Watched};
 use crate::integrate::{DriftWork, Integrator, Loads, Step};
+use crate::joint::{JointImpulse, add_all, wrenches};
 use crate::mid_step::MidStep;
 use crate::narrow_phase::{Touch, normal_velocity, smallest_extent};
 use crate::observe::accounts::{Accounts, Cause, Motive};
@@ -18,6 +19,7 @@ use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
 use crate::settings::{OnInaccurate, Settings};
+use crate::stepping::held::{self, Held};
 use crate::stepping::{Chosen, Outside, SchemeReport, choose_solver, damp};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
@@ -51,6 +53,8 @@ pub struct FixedStep<S: Geometry> {
     overlaps: Vec<Overlap<S>>,
     /// What each body was given in the last step, where that is asked for.
     pub accounts: Accounts<S>,
+    /// What the joints gave in the last step.
+    pub(crate) joints: Vec<JointImpulse<S>>,
 }
 
 impl<S: Geometry> Default for FixedStep<S> {
@@ -74,6 +78,7 @@ impl<S: Geometry> Default for FixedStep<S> {
             loads: Vec::new(),
             overlaps: Vec::new(),
             accounts: Accounts::default(),
+            joints: Vec::new(),
         }
     }
 }
@@ -128,12 +133,13 @@ impl<S: Geometry> FixedStep<S> {
         self.drift_to_kick(bodies, settings.integrator, step, loads, &mut report.ledger)?;
         self.load(bodies, settings.integrator, step, loads, &mut report.ledger)?;
         self.assemble(bodies, touches, settings, &limits);
-        report.contact_solve = self.solve(settings, warm, step.dt, watch);
+        report.contact_solve = self.solve_held(bodies, settings, step, warm, watch);
         self.judge(&report.contact_solve, settings, "contact", step.time)?;
         self.kick(bodies, settings.integrator, step, &mut report.ledger);
         self.drift_from_kick(bodies, settings.integrator, step, &mut report.ledger);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         self.correct(bodies, touches, settings, &limits, step, &mut report.ledger);
+        self.keep_joints(bodies);
         warm.store(&self.problem, &self.impulses, step.dt);
         Ok(report)
     }
@@ -281,6 +287,53 @@ impl<S: Geometry> FixedStep<S> {
         }
     }
 
+    /// Solves with joints closed at the step's end: again until they are, or the solver brings them no nearer.
+    fn solve_held(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        settings: &Settings<S>,
+        step: &Step<S>,
+        warm: &WarmStart<S>,
+        watch: &mut Watch,
+    ) -> Option<SolveReport> {
+        if bodies.joints.is_empty() {
+            self.problem.rows.clear();
+            return self.solve(settings, warm, step.dt, watch);
+        }
+        let mut held = Held::new(bodies, settings.integrator, &self.start);
+        let mut report: Option<SolveReport> = None;
+        let mut last = warm.clone();
+        for _ in 0..held::ROUNDS {
+            self.problem.rows.clear();
+            held.push(bodies, &mut self.problem);
+            let spent = report.map_or(0, |r| r.iterations);
+            report = self.solve(settings, &last, step.dt, watch);
+            if let Some(report) = &mut report {
+                report.iterations += spent;
+                if matches!(report.stop, Stop::Refused(_) | Stop::Interrupted) {
+                    break;
+                }
+            }
+            self.after.clone_from(&self.free);
+            self.problem.apply(&self.impulses, &mut self.after);
+            let velocities = (self.start.as_slice(), self.free.as_slice(), self.after.as_slice());
+            if !held.aim(bodies, settings.integrator, step, velocities) {
+                break;
+            }
+            last.store(&self.problem, &self.impulses, step.dt);
+        }
+        report
+    }
+
+    /// What the joints gave in the step's impacts and in its kick.
+    fn keep_joints(&mut self, bodies: &Bodies<S>) {
+        self.joints.clear();
+        add_all(&mut self.joints, &self.impacts.joints);
+        let kicked = wrenches(&bodies.joints.all, &self.problem, &self.impulses);
+        let given = |flows| JointImpulse { flows, impacts: Twist::default() };
+        add_all(&mut self.joints, &kicked.into_iter().map(given).collect::<Vec<_>>());
+    }
+
     fn solve(
         &mut self,
         settings: &Settings<S>,
@@ -289,7 +342,7 @@ impl<S: Geometry> FixedStep<S> {
         watch: &mut Watch,
     ) -> Option<SolveReport> {
         self.impulses.reset(&self.problem);
-        if self.problem.contacts.is_empty() {
+        if self.problem.contacts.is_empty() && self.problem.rows.is_empty() {
             return None;
         }
         if settings.warm_start {
@@ -328,6 +381,8 @@ impl<S: Geometry> FixedStep<S> {
             friction += t;
         };
         assembly::contact_work(bodies, &self.problem, &self.impulses, &before, &self.after, book, ledger);
+        let held = assembly::row_work(bodies, &self.problem, &self.impulses, &before, &self.after, ledger);
+        ledger.constraint += held;
         ledger.contact_normal += normal;
         ledger.friction += friction;
         assembly::write_back(bodies, &self.after);

@@ -2,6 +2,7 @@
 
 pub mod events;
 pub mod fixed_step;
+mod held;
 pub mod schemes;
 
 use crate::bodies::Bodies;

@@ -2,6 +2,7 @@
 
 use crate::force::Wrench;
 use crate::impact::Impacts;
+use crate::joint::JointImpulse;
 use crate::observe::accounts::Accounts;
 use crate::observe::event_log::{ContactSum, EventLog};
 use crate::observe::report::SolveReport;
@@ -11,6 +12,15 @@ use crate::stepping::fixed_step::FixedStep;
 use carom_geometry::Geometry;
 use carom_solver::{ContactProblem, Impulses, Twist};
 
+/// What the joints gave in the last step, joint by joint.
+#[derive(Clone, Debug, Default)]
+pub struct JointsLast<S: Geometry> {
+    /// Length of the step \[s\].
+    pub dt: f64,
+    /// Impulses.
+    pub(crate) impulses: Vec<JointImpulse<S>>,
+}
+
 /// The schemes' memories, and which of them took the last step.
 pub struct Schemes<S: Geometry> {
     /// Which took the last step.
@@ -19,11 +29,18 @@ pub struct Schemes<S: Geometry> {
     pub fixed_step: FixedStep<S>,
     /// Steps with events inside them.
     pub events: EventsScheme<S>,
+    /// What the joints gave, the step's start included.
+    pub joints: JointsLast<S>,
 }
 
 impl<S: Geometry> Default for Schemes<S> {
     fn default() -> Self {
-        Schemes { ran: Scheme::default(), fixed_step: FixedStep::default(), events: EventsScheme::default() }
+        Schemes {
+            ran: Scheme::default(),
+            fixed_step: FixedStep::default(),
+            events: EventsScheme::default(),
+            joints: JointsLast::default(),
+        }
     }
 }
 
@@ -39,6 +56,13 @@ impl<S: Geometry> Schemes<S> {
                 let s = &self.events;
                 (&s.problem, &s.impulses, &s.pressed)
             }
+        }
+    }
+    /// What the scheme's last step made the joints give.
+    pub(crate) fn joint_impulses(&self) -> &[JointImpulse<S>] {
+        match self.ran {
+            Scheme::FixedStep => &self.fixed_step.joints,
+            Scheme::Events => &self.events.joints,
         }
     }
     /// The last step's impacts.

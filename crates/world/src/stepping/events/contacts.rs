@@ -3,6 +3,7 @@
 
 use super::together::{Halt, Together, Tools};
 use crate::impact::{Thresholds, Watched};
+use crate::joint::add_all;
 use crate::narrow_phase::{Touch, normal_velocity};
 use crate::observe::accounts::Accounts;
 use crate::settings::EnergyGuard;
@@ -60,6 +61,7 @@ impl<S: Geometry> Together<'_, S> {
                 islands.join(t.a, t.b);
             }
         }
+        self.bodies.jointed().for_each(|(a, b)| islands.join(a, b));
         let mut hit = vec![false; self.bodies.len()];
         for (t, _) in touches.iter().zip(&called).filter(|(_, called)| **called) {
             hit[islands.root(self.mover(t))] = true;
@@ -117,6 +119,7 @@ impl<S: Geometry> Together<'_, S> {
         self.accounts.add(&tools.impacts.accounts, |i| i);
         self.log.append(&tools.impacts.log, self.moment, |i| i);
         let mut came_to = tools.impacts.report();
+        add_all(&mut self.joints, &tools.impacts.joints);
         came_to.gaining = came_to.gaining.map(|(a, b)| (self.members[a], self.members[b]));
         self.struck.add(&came_to);
         if let Some(gaining) = came_to.gaining.filter(|_| settings.energy_guard == EnergyGuard::Raise) {

@@ -78,6 +78,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             before: None,
             ledger: at.ledger,
             accounts: at.accounts,
+            joints: at.joints,
             worst,
             forces: None,
             pressed: at.pressed,
@@ -102,7 +103,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let movers: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
         let mut deep = vec![false; self.bodies.len()];
         self.overlapping(&mut deep);
-        if deep.contains(&true) {
+        if deep.contains(&true) || self.bodies.torn() > self.common.limits.torn() {
             let mut at = self.gather(&movers, self.common.limits.dt);
             at.project(&mut self.tools)?;
             self.keep(&at);

@@ -79,8 +79,11 @@ impl<S: Geometry> Together<'_, S> {
             problem.contacts.push(assembly::contact(&self.bodies, t, target(t)));
             assembly::resist(&mut problem, t);
         }
+        // sums of velocities, or the velocities after the plastic impulse: joints ask for none; the next projection
+        // takes away by what the way then misses them
+        self.bodies.push_joints(&self.bodies.joint_frames(), &[], &mut problem);
         let mut impulses = Impulses::zero(&problem);
-        if !touches.is_empty() {
+        if !touches.is_empty() || !problem.rows.is_empty() {
             self.solve(&problem, &mut impulses, tools)?;
         }
         let (kind, piece) = if time > 0.0 {
@@ -100,6 +103,9 @@ impl<S: Geometry> Together<'_, S> {
         let mut driven = crate::observe::ledger::Ledger::default();
         assembly::contact_work(&self.bodies, &problem, &impulses, &before, &after, book, &mut driven);
         self.accounts.kick(&self.bodies, &problem, &impulses, (&before, &after), |_| Cause::Fallback);
+        self.ledger.constraint +=
+            assembly::row_work(&self.bodies, &problem, &impulses, &before, &after, &mut driven);
+        self.keep_joints(&problem, &impulses);
         self.ledger.fallback += work;
         self.ledger.driven += driven.driven;
         self.book_loads(&before, &after, time);

@@ -5,6 +5,7 @@
 //! velocities depend on each other over xbar; rounds of both settle at once on flat ground.
 
 use super::contacts::Active;
+use super::joints::{self, Held};
 use super::limits::Limits;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
@@ -63,6 +64,10 @@ impl<S: Geometry> Together<'_, S> {
             // a first guess of where contacts hold: bodies keep the velocities they have
             (after[t.a], after[t.b]) = (before[t.a], before[t.b]);
         }
+        for j in &self.bodies.joints.all {
+            after[j.a] = before[j.a];
+            j.b.inspect(|&b| after[b] = before[b]);
+        }
         let mut last = LastFlow { time, stick, ..std::mem::take(&mut self.last) };
         last.problem.contacts.clear();
         last.closing.clone_from(closing);
@@ -70,31 +75,42 @@ impl<S: Geometry> Together<'_, S> {
         let mut targets: Vec<f64> = closing.iter().map(|c| -2.0 * c).collect();
         let corners = closing.iter().any(|c| *c > 0.0) && self.turns_on_corners(active);
         let mut kept = true;
-        for round in 0..ROUNDS {
+        let jointed = !self.bodies.joints.is_empty();
+        let mut held = Held::new(&self.bodies.joints);
+        let judged = self.worst[0].clone();
+        for round in 0..if jointed { joints::ROUNDS } else { ROUNDS } {
             for i in 0..self.bodies.len() {
                 let mean = (before[i].linear + after[i].linear) * 0.5;
                 self.bodies.motion.position[i] = start.position[i] + mean * (0.5 * time);
             }
             let at_mean = self.at_mean(active, &start.position);
-            if round > 0 && kept && self.settled(&touches, &at_mean, &last.problem) {
+            let joints_settled = !jointed || self.joints_settled(&mut held);
+            if round > 0 && kept && joints_settled && self.settled(&touches, &at_mean, &last.problem) {
                 touches = at_mean; // the same arms, at the places that came out
                 break;
             }
             touches = at_mean;
             self.assemble(&touches, &targets, &before, &free, stick, &mut last.problem);
+            if jointed {
+                self.hold(&held, &before, stick, &mut last.problem);
+                // only the last round's solve is the flow's
+                self.worst[0].clone_from(&judged);
+            }
             last.impulses.fit(&last.problem);
             if round == 0 && self.settings.events.warm_start {
                 last.impulses.reset(&last.problem);
                 self.forces.as_ref().unwrap_or(self.warm).load(&last.problem, time, &mut last.impulses);
             }
-            if !touches.is_empty() {
+            if !touches.is_empty() || jointed {
                 let mut impulses = std::mem::take(&mut last.impulses);
                 self.solve(&last.problem, &mut impulses, tools)?;
                 last.impulses = impulses;
             }
             after.clone_from(&free);
             last.problem.apply(&last.impulses, &mut after);
-            if active.is_empty() {
+            if jointed {
+                self.aim(&mut held, &start.position, (&before, &after), time);
+            } else if active.is_empty() {
                 break;
             }
             if corners {
@@ -110,6 +126,10 @@ impl<S: Geometry> Together<'_, S> {
                     &mut targets,
                 );
             }
+        }
+        if jointed {
+            self.check_held(&held, self.joint_names)?;
+            self.keep_joints(&last.problem, &last.impulses);
         }
         last.touches = touches;
         self.book(&last.problem, &last.impulses, &before, &after, time);
@@ -247,6 +267,10 @@ impl<S: Geometry> Together<'_, S> {
             friction += t;
         };
         assembly::contact_work(&self.bodies, problem, impulses, before, after, both, &mut self.ledger);
+        let mut driven = crate::observe::ledger::Ledger::default();
+        let held = assembly::row_work(&self.bodies, problem, impulses, before, after, &mut driven);
+        self.ledger.constraint += held;
+        self.ledger.driven += driven.driven;
         self.ledger.contact_normal += normal;
         self.ledger.friction += friction;
         self.accounts.kick(&self.bodies, problem, impulses, (before, after), |_| Cause::Contact);

@@ -83,6 +83,10 @@ impl Limits {
     pub fn overlap<S: Geometry>(&self, a: &BodyData<S>, b: &BodyData<S>) -> f64 {
         (self.overlap * a.extent.min(b.extent)).max(8.0 * self.rounding)
     }
+    /// Error of a joint over its size that is projected away \[1\].
+    pub fn torn(&self) -> f64 {
+        self.overlap.max(1e-12)
+    }
     /// Events after which a set of so many movable bodies takes the rest of the step at once.
     pub fn cap(&self, bodies: usize) -> usize {
         self.cap.unwrap_or_else(|| (2 * bodies).max(CAP))

@@ -79,7 +79,10 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
     fn flies(&self, k: usize) -> bool {
         let island = self.island(k);
         let steady = |&i: &usize| !self.bodies.is_dynamic(i) || self.bodies.data[i].turning_arm == 0.0;
-        island.active.touches.is_empty() && island.members.iter().all(steady)
+        let jointed = |&i: &usize| !self.bodies.joints.of_body(i).is_empty();
+        island.active.touches.is_empty()
+            && !island.members.iter().any(jointed)
+            && island.members.iter().all(steady)
     }
 
     /// Where the movable bodies of islands are that have been brought to a moment, by index.

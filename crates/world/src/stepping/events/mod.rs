@@ -12,6 +12,7 @@ mod ending;
 mod fallback;
 mod flow;
 mod gaps;
+mod joints;
 mod limits;
 mod meeting;
 mod overlap;
@@ -25,6 +26,7 @@ use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::integrate::Step;
+use crate::joint::JointImpulse;
 use crate::narrow_phase::Touch;
 use crate::observe::accounts::Accounts;
 use crate::observe::event_log::{ContactSum, EventLog};
@@ -70,6 +72,8 @@ pub struct EventsScheme<S: Geometry> {
     pub log: EventLog<S>,
     /// What each of `touches` did in the whole step.
     pub sums: Vec<ContactSum<S>>,
+    /// What the joints gave in the last step.
+    pub(crate) joints: Vec<JointImpulse<S>>,
 }
 
 impl<S: Geometry> Default for EventsScheme<S> {
@@ -89,6 +93,7 @@ impl<S: Geometry> Default for EventsScheme<S> {
             accounts: Accounts::default(),
             log: EventLog::default(),
             sums: Vec::new(),
+            joints: Vec::new(),
         }
     }
 }
@@ -98,6 +103,7 @@ struct Done<S: Geometry> {
     islands: Vec<Option<Island<S>>>,
     ledger: Ledger,
     accounts: Accounts<S>,
+    joints: Vec<JointImpulse<S>>,
     events: Events,
     log: EventLog<S>,
     struck: ImpactReport,
@@ -162,6 +168,7 @@ impl<S: Geometry> EventsScheme<S> {
                 warm,
                 candidates: &self.candidates,
                 keeps_accounts: self.accounts.are_kept(),
+                joint_names: bodies.joints.names.clone(),
             };
             let tools = Tools {
                 solver: solver.as_mut(),
@@ -172,9 +179,11 @@ impl<S: Geometry> EventsScheme<S> {
             let mut timeline = Timeline::new(&common, bodies, tools);
             let outgrown = match timeline.run() {
                 Ok(()) => {
-                    let Timeline { islands, ledger, accounts, events, mut log, struck, worst, .. } = timeline;
+                    let Timeline {
+                        islands, ledger, accounts, joints, events, mut log, struck, worst, ..
+                    } = timeline;
                     log.begin_at(step.time);
-                    return Ok(Done { islands, ledger, accounts, events, log, struck, worst });
+                    return Ok(Done { islands, ledger, accounts, joints, events, log, struck, worst });
                 }
                 Err(Halt::Refused(refusal)) => return Err(refusal),
                 Err(Halt::Gains((a, b), energy)) => {
@@ -216,6 +225,7 @@ impl<S: Geometry> EventsScheme<S> {
         self.impulses.reset(&self.problem);
         report.ledger.add(&done.ledger);
         self.accounts.add(&done.accounts, |i| i);
+        self.joints = done.joints;
         report.events = done.events;
         report.impacts = done.struck;
         [report.contact_solve, report.impact_solve] = done.worst;
@@ -311,6 +321,12 @@ fn merge<S: Geometry>(
         problem.contacts.push(c);
         touches.push(Touch { a: c.a, b: c.b, ..*t });
     }
+    for r in &last.problem.rows {
+        let mut r = *r;
+        (r.a, r.b) = (members[r.a], members[r.b]);
+        problem.rows.push(r);
+    }
+    impulses.rows.extend_from_slice(&last.impulses.rows);
     for r in &last.problem.resistances {
         let mut r = *r;
         r.contact += first;

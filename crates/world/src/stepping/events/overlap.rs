@@ -5,16 +5,16 @@
 use super::together::{Halt, Together, Tools};
 use crate::assembly;
 use crate::bodies::Motion;
-use crate::integrate::set_spin_momentum;
 use crate::observe::accounts::Motive;
 use crate::observe::energy::Energy;
 use crate::observe::report::SolveReport;
 use carom_geometry::Geometry;
-use carom_math::{Column, Rotation};
 use carom_solver::{ContactProblem, Impulses, SolveSettings, Twist};
 
 /// Gauss-Newton rounds; each squares what is left.
 const ROUNDS: usize = 8;
+/// Error of joints over their size that projection leaves \[1\].
+const CLOSED: f64 = 1e-13;
 
 impl<S: Geometry> Together<'_, S> {
     /// Removes overlaps beyond the limit; true when there were any.
@@ -23,13 +23,15 @@ impl<S: Geometry> Together<'_, S> {
         let marks = self.accounts.marks(&self.bodies, self.settings.gravity);
         let mut start: Option<Motion<S>> = None;
         for _ in 0..ROUNDS {
-            let deepest = self.deepest();
-            if deepest == 0.0 {
+            let (deepest, torn) = (self.deepest(), self.bodies.torn());
+            // joints are closed to rounding once anything is moved, and left alone otherwise
+            let closed = torn <= if start.is_some() { CLOSED } else { self.limits.torn() };
+            if deepest == 0.0 && closed {
                 break;
             }
             start.get_or_insert_with(|| self.bodies.motion.clone());
             self.events.deepest = self.events.deepest.max(deepest);
-            self.apart(deepest, tools)?;
+            self.apart(deepest, deepest.max(torn * self.joint_size()), tools)?;
         }
         if let Some(start) = &start {
             self.accounts.moved(&marks, &self.bodies, self.settings.gravity, Motive::Projection);
@@ -52,8 +54,13 @@ impl<S: Geometry> Together<'_, S> {
         beyond.fold(0.0, |d: f64, t| d.max(-t.gap))
     }
 
+    /// Size of the largest joint \[m\].
+    fn joint_size(&self) -> f64 {
+        self.bodies.joints.all.iter().map(|j| j.size).fold(0.0, f64::max)
+    }
+
     /// One round: displacements as velocities of a problem without friction, over a second.
-    fn apart(&mut self, deepest: f64, tools: &mut Tools<S>) -> Result<(), Halt> {
+    fn apart(&mut self, deepest: f64, largest: f64, tools: &mut Tools<S>) -> Result<(), Halt> {
         let mut touches = Vec::new();
         for k in 0..self.pairs.len() {
             self.find(self.pairs[k], 2.0 * deepest, &mut touches);
@@ -66,19 +73,13 @@ impl<S: Geometry> Together<'_, S> {
             contact.friction = 0.0;
             problem.contacts.push(contact);
         }
+        let errors: Vec<f64> = self.bodies.joint_errors().iter().map(|e| -e).collect();
+        self.bodies.push_joints(&self.bodies.joint_frames(), &errors, &mut problem);
         let mut impulses = Impulses::zero(&problem);
-        let solve = SolveSettings { tolerance: 1e-6 * deepest, ..self.settings.solve() };
+        let solve = SolveSettings { tolerance: 1e-6 * largest, ..self.settings.solve() };
         let outcome = tools.solver.solve_watched(&problem, &solve, &mut impulses, tools.watch);
         self.unless_refused(SolveReport::new(outcome, touches.len(), None), "contact")?;
-        for (i, v) in problem.velocities_after(&impulses).iter().enumerate() {
-            self.bodies.motion.position[i] += v.linear;
-            if v.angular != S::Spin::ZERO {
-                let momentum = self.bodies.spin_momentum(i);
-                let turned = self.bodies.motion.rotation[i].then(&S::Rotation::about(v.angular));
-                self.bodies.motion.rotation[i] = turned;
-                set_spin_momentum(&mut self.bodies, i, momentum);
-            }
-        }
+        assembly::displace(&mut self.bodies, &problem.velocities_after(&impulses));
         Ok(())
     }
 }

@@ -6,6 +6,7 @@ use super::contacts::Active;
 use super::flow::Stick;
 use super::timeline::{Course, Timeline, longest_flow, split};
 use super::together::{Halt, Together};
+use crate::joint::mover;
 use crate::narrow_phase::Touch;
 use crate::settings::PlasticArrivals;
 use carom_geometry::Geometry;
@@ -28,6 +29,10 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
                 let mover = if at.bodies.is_dynamic(t.a) { t.a } else { t.b };
                 loud[sets.root(at.members[mover])] = true;
             }
+        }
+        // flows of jointed bodies take rounds of their own
+        for joint in &self.bodies.joints.all {
+            loud[sets.root(mover(self.bodies, joint))] = true;
         }
         let (mut struck, quiet): (Vec<usize>, Vec<usize>) = all.iter().partition(|&&i| loud[sets.root(i)]);
         struck.sort_by_key(|&i| (sets.root(i), i));
@@ -66,6 +71,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             }
         };
         touches.iter().for_each(|t| join(at.members[t.a], at.members[t.b]));
+        self.bodies.jointed().for_each(|(a, b)| join(a, b));
         if self.common.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep {
             self.common.candidates.pairs.iter().for_each(|&(a, b)| join(a, b));
         }

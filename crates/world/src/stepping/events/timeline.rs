@@ -11,6 +11,7 @@ use super::limits::Limits;
 use super::together::{Halt, LastFlow, Saved, Together, Tools};
 use crate::bodies::{Bodies, Motion};
 use crate::force::Wrench;
+use crate::joint::{JointImpulse, add_all};
 use crate::observe::accounts::Accounts;
 use crate::observe::event_log::EventLog;
 use crate::observe::ledger::Ledger;
@@ -49,6 +50,8 @@ pub struct Common<'a, S: Geometry> {
     pub candidates: &'a Candidates<S>,
     /// Whether accounts are kept body by body.
     pub keeps_accounts: bool,
+    /// Names of the world's joints.
+    pub joint_names: Vec<String>,
 }
 
 /// Bodies that persisting contacts join, on a flow of their own.
@@ -66,6 +69,8 @@ pub struct Island<S: Geometry> {
     /// Lines of the flow.
     pub(super) ledger: Ledger,
     pub(super) accounts: Accounts<S>,
+    /// What joints gave in it.
+    pub(super) joints: Vec<JointImpulse<S>>,
     pub(super) worst: Option<SolveReport>,
     /// Forces of the flow.
     pub forces: Option<WarmStart<S>>,
@@ -139,6 +144,8 @@ pub struct Timeline<'a, 'w, S: Geometry> {
     pub ledger: Ledger,
     /// The same body by body, where that is asked for.
     pub accounts: Accounts<S>,
+    /// What the joints gave in them, joint by joint of the world.
+    pub(crate) joints: Vec<JointImpulse<S>>,
     /// What happened.
     pub events: Events,
     /// The same, act by act; times from the step's start.
@@ -171,6 +178,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             slots: vec![NONE; bodies.len()],
             ledger: Ledger::default(),
             accounts: Accounts::new(bodies.len(), common.keeps_accounts),
+            joints: Vec::new(),
             events: Events::default(),
             log: EventLog::default(),
             struck: ImpactReport::default(),
@@ -236,6 +244,11 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
                 let (a, b) = candidates.pairs[p];
                 members.extend([a, b].into_iter().filter(|&k| !self.bodies.is_dynamic(k)));
             }
+            for &number in self.bodies.joints.of_body(i) {
+                let j = &self.bodies.joints.all[number];
+                members
+                    .extend([Some(j.a), j.b].into_iter().flatten().filter(|&k| !self.bodies.is_dynamic(k)));
+            }
         }
         members.sort_unstable();
         members.dedup();
@@ -281,6 +294,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             moment,
             ledger: Ledger::default(),
             accounts,
+            joints: Vec::new(),
             events: Events::default(),
             log: EventLog::default(),
             struck: ImpactReport::default(),
@@ -291,6 +305,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             last: LastFlow::default(),
             worst: [None, None],
             points: Vec::new(),
+            joint_names: &common.joint_names,
         }
     }
 
@@ -327,6 +342,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         }
         self.ledger.add(&at.ledger);
         self.accounts.add(&at.accounts, |i| at.members[i]);
+        self.keep_joints(&at.bodies.joints.numbers, &at.joints);
         self.events.add(&at.events);
         self.log.append(&at.log_of_flow(), 0.0, |i| at.members[i]);
         self.log.append(&at.log, 0.0, |i| at.members[i]);
@@ -334,6 +350,16 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         for (mine, theirs) in self.worst.iter_mut().zip(&at.worst) {
             *mine = SchemeReport::worse(mine.take(), theirs.clone());
         }
+    }
+
+    /// Takes over what joints gave, by their numbers in the world.
+    fn keep_joints(&mut self, numbers: &[usize], given: &[JointImpulse<S>]) {
+        if given.is_empty() {
+            return;
+        }
+        let mut all = vec![JointImpulse::default(); self.bodies.joints.len()];
+        numbers.iter().zip(given).for_each(|(&k, g)| all[k] = *g);
+        add_all(&mut self.joints, &all);
     }
 
     /// Lays out the flow of an island from a moment on.
@@ -402,6 +428,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             before,
             ledger: at.ledger,
             accounts: at.accounts,
+            joints: at.joints,
             worst,
             forces: at.forces,
             pressed: at.pressed,
@@ -452,6 +479,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             at.bodies.motion.copy_from(&island.end);
             at.ledger = island.ledger;
             at.accounts.clone_from(&island.accounts);
+            at.joints.clone_from(&island.joints);
             at.worst[0].clone_from(&island.worst);
             at.pressed.clone_from(&island.pressed);
             at.forces.clone_from(&island.forces);
@@ -591,11 +619,12 @@ pub(super) fn state<S: Geometry>(m: &Motion<S>, i: usize) -> State<S> {
 
 /// How long a flow may be for its ways to be found \[s\].
 pub(super) fn longest_flow<S: Geometry>(at: &Together<S>) -> f64 {
-    if at.pairs.is_empty() {
+    let jointed = !at.bodies.joints.is_empty();
+    if at.pairs.is_empty() && !jointed {
         return f64::INFINITY;
     }
     let m = &at.bodies.motion;
-    let turning = (0..at.bodies.len()).filter(|&i| at.bodies.data[i].turning_arm > 0.0);
+    let turning = (0..at.bodies.len()).filter(|&i| jointed || at.bodies.data[i].turning_arm > 0.0);
     let fastest = turning.map(|i| m.angular_velocity[i].norm()).fold(0.0, f64::max);
     if fastest > 0.0 { TURN / fastest } else { f64::INFINITY }
 }
@@ -609,6 +638,7 @@ pub(super) fn split<S: Geometry>(at: &Together<S>, active: &Active<S>) -> Vec<Ve
             sets.join(t.a, t.b);
         }
     }
+    at.bodies.jointed().for_each(|(a, b)| sets.join(a, b));
     let mut all: Vec<usize> = (0..at.bodies.len()).filter(|&i| at.bodies.is_dynamic(i)).collect();
     all.sort_by_key(|&i| (sets.root(i), i));
     all.chunk_by(|&i, &j| sets.root(i) == sets.root(j)).map(<[usize]>::to_vec).collect()

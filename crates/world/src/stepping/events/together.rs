@@ -9,6 +9,7 @@ use crate::bodies::{Bodies, Motion};
 use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::Impacts;
+use crate::joint::{JointImpulse, add_all};
 use crate::narrow_phase::{Touch, touches_of};
 use crate::observe::accounts::Accounts;
 use crate::observe::event_log::{Acted, EventKind, EventLog, PieceKind};
@@ -45,6 +46,8 @@ pub struct Together<'a, S: Geometry> {
     pub ledger: Ledger,
     /// The same body by body, where that is asked for.
     pub accounts: Accounts<S>,
+    /// What their joints have given.
+    pub joints: Vec<JointImpulse<S>>,
     /// What happened to them.
     pub events: Events,
     /// Projections, impacts and the like that they went through; flows are told by `last` when they are kept.
@@ -66,6 +69,8 @@ pub struct Together<'a, S: Geometry> {
     pub worst: [Option<SolveReport>; 2],
     /// Memory for contact points.
     pub points: Vec<ContactPoint<S>>,
+    /// Names of all joints of the world.
+    pub joint_names: &'a [String],
 }
 
 /// What solves, and who watches.
@@ -111,6 +116,7 @@ pub struct Saved<S: Geometry> {
     motion: Motion<S>,
     ledger: Ledger,
     accounts: Accounts<S>,
+    joints: Vec<JointImpulse<S>>,
     pressed: Option<Vec<u64>>,
     worst: Option<SolveReport>,
 }
@@ -174,8 +180,9 @@ impl<S: Geometry> Together<'_, S> {
     /// Keeps what a trial flow changes.
     pub fn save(&self) -> Saved<S> {
         let (motion, pressed) = (self.bodies.motion.clone(), self.pressed.clone());
-        let (accounts, worst) = (self.accounts.clone(), self.worst[0].clone());
-        Saved { motion, ledger: self.ledger, accounts, pressed, worst }
+        let (accounts, joints) = (self.accounts.clone(), self.joints.clone());
+        let worst = self.worst[0].clone();
+        Saved { motion, ledger: self.ledger, accounts, joints, pressed, worst }
     }
 
     /// Takes a trial flow back, its lines in the ledger and its solves included.
@@ -183,6 +190,7 @@ impl<S: Geometry> Together<'_, S> {
         self.bodies.motion.copy_from(&saved.motion);
         self.ledger = saved.ledger;
         self.accounts.clone_from(&saved.accounts);
+        self.joints.clone_from(&saved.joints);
         self.pressed.clone_from(&saved.pressed);
         self.worst[0].clone_from(&saved.worst);
     }
@@ -191,6 +199,7 @@ impl<S: Geometry> Together<'_, S> {
     pub fn forget(&mut self) {
         self.ledger = Ledger::default();
         self.accounts.clear();
+        self.joints.clear();
         self.events = Events::default();
         self.log.clear();
         self.struck = ImpactReport::default();
@@ -214,6 +223,14 @@ impl<S: Geometry> Together<'_, S> {
     /// Those that impulses move.
     pub fn movers(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i))
+    }
+
+    /// Keeps what joints gave in a flow.
+    pub fn keep_joints(&mut self, problem: &ContactProblem<S>, impulses: &Impulses<S>) {
+        let flows = crate::joint::wrenches(&self.bodies.joints.all, problem, impulses);
+        let given = |flows| JointImpulse { flows, impacts: Twist::default() };
+        let given: Vec<JointImpulse<S>> = flows.into_iter().map(given).collect();
+        add_all(&mut self.joints, &given);
     }
 
     /// Velocities before the step's loads, per body.
