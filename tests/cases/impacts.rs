@@ -1,11 +1,12 @@
-//! Impacts of several bodies: cases C9 to C13, each by every law that it names. Cases C6, C7 and C12 stand in
-//! `tests/laws/events.rs`.
+//! Impacts of several bodies: cases C9 to C13, each by every law that it names, and the longest bouncing of case C6.
+//! The rest of C6, C7 and C12 stand in `tests/laws/events.rs`.
 
 use crate::harness::*;
 use crate::{events, without_weight};
 use carom::{BodySpec, Column, ImpactLaw, Settings, World};
 
 in_plane_and_space!(
+    a_lively_ball_rests_within_two_steps_of_its_moment,
     a_stacked_drop_throws_the_upper_ball_to_four_times_its_height,
     touching_balls_part_as_each_law_says,
     bernoulli_s_three_balls_split_as_each_law_says,
@@ -13,6 +14,25 @@ in_plane_and_space!(
     a_cradle_does_what_each_law_says,
     three_balls_collapse_only_below_the_critical_restitution,
 );
+
+/// Case C6 with e = .9, which bounces for longest: at rest after 8.578949 s.
+pub fn a_lively_ball_rests_within_two_steps_of_its_moment<S: Dimension>() {
+    let (e, last) = (0.9, 8.578_949);
+    for dt in [0.01, 0.1] {
+        let mut w = world::<S>(events(dt));
+        add_floor(&mut w, 0.0, 0.0);
+        let ball = BodySpec::heavy(S::ball(0.1), 1.0).at(S::at(0.0, 1.1)).friction(0.0).restitution(e);
+        add(&mut w, "ball", ball);
+        let mut rest_at = 0.0;
+        run(&mut w, last + 0.5, |w, r| {
+            if S::up(w.bodies().motion.velocity[1]).abs() > 1e-9 {
+                rest_at = r.time;
+            }
+        });
+        close(rest_at, last, 2.0 * dt, &format!("C6 at rest, e = {e}, h = {dt} [s]"));
+        close(height(&w, 1), 0.1, 1e-12, "C6 height at rest [m]");
+    }
+}
 
 /// True when the law lets a blow run through a row of touching bodies.
 fn passes_on(law: ImpactLaw) -> bool {

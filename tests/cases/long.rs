@@ -7,8 +7,8 @@ use crate::free::off_unit_length;
 use crate::harness::*;
 use crate::statics::{by_events, farthest, tower_of_planks};
 use crate::systems::momenta_stay;
-use carom::{BodySpec, Planar, Settings, Spatial, World, vec3};
-use carom_scenes::stacking;
+use carom::{BodySpec, Column, Planar, Settings, Spatial, World, World3, vec3};
+use carom_scenes::{simbenchmark, stacking};
 
 /// Tells on the console when a run has passed another tenth of its time.
 struct Progress {
@@ -99,7 +99,8 @@ fn a_thousand_elastic_bounces_at_every_step_length() {
         while arrivals < 1000 {
             let r = step(&mut w);
             arrivals += r.events.arrivals;
-            let phase = (r.time + 0.5 * period) % period - 0.5 * period;
+            // whole steps times their length: the clock sums 9e6 of them and rounds each time
+            let phase = (r.step as f64 * dt + 0.5 * period) % period - 0.5 * period;
             worst = worst.max((height(&w, 1) - 0.1 - (1.0 - 0.5 * G * phase * phase)).abs());
             progress.at(r.time, || format!("{arrivals} bounces, farthest off {worst:.1e} m"));
         }
@@ -172,4 +173,113 @@ fn ten_thousand_steps_of_collisions_leave_the_momenta() {
     momenta_stay::<Planar>(2.0, |time| progress.at(time, String::new));
     let mut progress = Progress::new("100 bodies that collide, space", 2.0);
     momenta_stay::<Spatial>(2.0, |time| progress.at(time, String::new));
+}
+
+/// What a task of SimBenchmark comes to, sampled before each step.
+#[derive(Default)]
+struct Sampled {
+    /// Mean squared error of the energy \[J^2\].
+    energy: f64,
+    /// Mean of what the task measures of places.
+    places: f64,
+    /// Largest gain of energy in a step, over the energy at the start \[1\].
+    gain: f64,
+    /// The ledger's line of projection over the energy at the start \[1\].
+    projection: f64,
+    /// Mean sum of squared overlaps of its balls \[m^2\].
+    overlap: f64,
+}
+
+/// Runs a task for its time; `places` measures what it asks for of places. The books must close.
+fn sampled(
+    what: &str,
+    mut w: World3,
+    time: f64,
+    balls_from: usize,
+    places: impl Fn(&World3) -> f64,
+) -> Sampled {
+    let (dt, whole) = (w.settings().dt, w.energy().total());
+    let steps = (time / dt).round();
+    let mut progress = Progress::new(&format!("{what}, h = {dt}"), time);
+    let (mut found, mut last) = (Sampled::default(), whole);
+    for _ in 0..steps as usize {
+        found.energy += (w.energy().total() - whole).powi(2) / steps;
+        found.places += places(&w) / steps;
+        let balls = &w.bodies().motion.position[balls_from..];
+        found.overlap += simbenchmark::squared_overlap(balls, simbenchmark::RADIUS) / steps;
+        let r = step(&mut w);
+        assert_eq!(r.events.capped, 0, "{what}, h = {dt}: a capped step");
+        found.gain = found.gain.max((r.energy.total() - last) / whole.abs());
+        last = r.energy.total();
+        progress.at(r.time, || format!("mean squared error of the energy so far {:.1e} J^2", found.energy));
+    }
+    found.projection = w.ledger().projection.abs() / whole.abs();
+    at_most(w.ledger().closure.abs() / whole.abs(), 1e-12, &format!("{what}, h = {dt}: closure [1]"));
+    found
+}
+
+/// SimBenchmark's rolling, both directions, at every step length. Twin:
+/// `balls_roll_on_a_sliding_box_with_the_exact_acceleration_in_both_directions`.
+#[test]
+#[ignore = "long: SimBenchmark's rolling"]
+fn simbenchmark_rolls_exactly_at_every_step_length() {
+    for (direction, dt) in [vec3(0.5, 0.75_f64.sqrt(), 0.0), vec3(0.0, 1.0, 0.0)]
+        .into_iter()
+        .flat_map(|d| [1e-3, 1e-2, 0.1].map(|dt| (d, dt)))
+    {
+        let w = simbenchmark::rolling(direction, events(dt)).expect("the scene");
+        let found = sampled("rolling", w, 4.0, 27, |w| {
+            let off = |(body, acceleration): (usize, f64)| {
+                (w.bodies().motion.velocity[body] - direction * (acceleration * w.time())).norm_squared()
+            };
+            [1, 2].into_iter().zip(simbenchmark::accelerations()).map(off).sum()
+        });
+        at_most(found.places, 1e-20, &format!("rolling, h = {dt}: mean squared error [m^2/s^2]"));
+    }
+}
+
+/// SimBenchmark's bouncing at every step length. Twins: `elastic_balls_keep_energy_and_place_at_a_hundred_steps_a_second`,
+/// `elastic_balls_keep_energy_and_place_at_ten_steps_a_second`.
+#[test]
+#[ignore = "long: SimBenchmark's bouncing"]
+fn simbenchmark_bounces_exactly_at_every_step_length() {
+    for dt in [1e-4, 1e-3, 1e-2, 0.1] {
+        let w = simbenchmark::bouncing(events(dt)).expect("the scene");
+        let found = sampled("bouncing", w, 20.0, 1, |w| {
+            let height = simbenchmark::bouncing_height(w.time());
+            let off = w.bodies().motion.position[1..].iter().map(|x| (x[2] - height).abs());
+            let off = off.fold(0.0, f64::max);
+            assert!(off <= 1e-9, "bouncing, h = {dt}: {off:e} m off at {} s", w.time());
+            off
+        });
+        at_most(found.energy, 1e-15, &format!("bouncing, h = {dt}: mean squared error [J^2]"));
+        at_most(found.overlap, 1e-20, &format!("bouncing, h = {dt}: overlap [m^2]"));
+    }
+}
+
+/// SimBenchmark's elastic cube of 216 balls at every step length. Twin:
+/// `a_cube_of_elastic_balls_keeps_its_energy_and_never_overlaps`.
+#[test]
+#[ignore = "long: SimBenchmark's elastic 666"]
+fn simbenchmark_keeps_the_energy_of_216_elastic_balls() {
+    for dt in [1e-3, 1e-2, 0.1] {
+        let w = simbenchmark::cube(6, 1.101, 1.0, events(dt)).expect("the scene");
+        let found = sampled("elastic 666", w, 10.0, 1, |_| 0.0);
+        at_most(found.energy, 1e-15, &format!("elastic 666, h = {dt}: mean squared error [J^2]"));
+        at_most(found.overlap, 1e-20, &format!("elastic 666, h = {dt}: overlap [m^2]"));
+    }
+}
+
+/// SimBenchmark's soft cube of 216 balls at step lengths up to .01. Twin:
+/// `a_cube_of_elastic_balls_keeps_its_energy_and_never_overlaps`.
+#[test]
+#[ignore = "long: SimBenchmark's 666"]
+fn simbenchmark_lets_216_balls_come_to_rest_without_overlap() {
+    for dt in [1e-3, 1e-2] {
+        let w = simbenchmark::cube(6, 0.101, 0.0, events(dt)).expect("the scene");
+        let found = sampled("666", w, 10.0, 1, |_| 0.0);
+        at_most(found.overlap, 1e-20, &format!("666, h = {dt}: overlap [m^2]"));
+        at_most(found.projection, 1e-6, &format!("666, h = {dt}: projection [1]"));
+        at_most(found.gain, 1e-8, &format!("666, h = {dt}: gain in a step [1]"));
+    }
 }
