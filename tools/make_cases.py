@@ -1,8 +1,8 @@
 """Writes docs/cases.md: each case with a known answer, its tolerance, and the tests that hold it.
 
-Answers and tolerances stand in tools/cases.toml; the tests are found by their doc comments ("Case C14."), so
-that the page cannot name a test that is gone. Run `python tools/make_cases.py`; the contract test says when it
-is out of date.
+Answers and tolerances stand in tools/cases.toml; the tests are found by their doc comments ("Case C14."),
+so that the page cannot name a test that is gone. Run `python tools/make_cases.py`; the contract test says
+when the page is out of date.
 """
 
 import re
@@ -118,9 +118,10 @@ def page() -> str:
     lines = [
         "# Case, answer, test",
         "",
-        "Cases with known answers, and what the scheme with events is held to. Made by `tools/make_cases.py` from",
-        "`tools/cases.toml` and the tests' own comments; `tests/contracts/test_cases.py` fails when a test is",
-        "gone or this page is out of date. Tests marked long are run by `make laws`, the others by `make test`.",
+        "Cases with known answers, and what the scheme with events is held to. Made by",
+        "`tools/make_cases.py` from `tools/cases.toml` and the tests' own comments;",
+        "`tests/contracts/test_cases.py` fails when a test is gone or this page is out of date.",
+        "Tests marked long are run by `make laws`, the others by `make test`.",
         "Tolerances are those of the scheme `events`; those of fixed steps stand in the tests.",
         "",
         "| case | answer | tolerance | by `events` | otherwise | not held |",
