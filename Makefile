@@ -12,7 +12,7 @@ PIP_FLAGS := --quiet --disable-pip-version-check
 help:
 	@echo "make demo    set up, run two scenes, write recordings and plots to out/"
 	@echo "make test    set up, run all tests"
-	@echo "make laws    long laws: cases and benchmarks for their whole time, most of an hour on two cores"
+	@echo "make laws    long laws: cases and benchmarks for their whole time, half an hour or more"
 	@echo "make check   formatting, lints as errors, types"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"

@@ -23,7 +23,7 @@ STILL = {4}
 BY_EVENTS = set(range(1, 34)) - STILL - {8}
 
 #: the tests of the scheme with events
-EVENTS = ("tests/cases/", "tests/laws/events.rs", "tests/laws/simbenchmark.rs")
+EVENTS = ("tests/cases/", "tests/laws/events.rs", "tests/laws/heaps.rs", "tests/laws/simbenchmark.rs")
 
 TEST_FILES = [
     "tests/laws/*.rs",
