@@ -7,11 +7,12 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench simbenchmark bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean
+.PHONY: help demo test laws check bench simbenchmark bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings and plots to out/"
 	@echo "make test    set up, run all tests"
+	@echo "make laws    long laws: cases and benchmarks for their whole time, half an hour or more"
 	@echo "make check   formatting, lints as errors, types"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
@@ -55,6 +56,11 @@ test-rust:
 
 test-python: $(VENV)/package
 	$(BIN)/python -m pytest
+
+# what `make test` leaves out for its length; LAWS names some of them, as `make laws LAWS=kapla`
+LAWS ?=
+laws:
+	$(CARGO) test --release --locked --package carom-tests --test cases -- --ignored --nocapture --test-threads=2 $(LAWS)
 
 check: $(VENV)/tools
 	$(CARGO) fmt --all --check

@@ -132,7 +132,7 @@ pub fn a_tolerance_of_zero_asks_for_nothing<S: Dimension>() {
     assert!(report.is_accurate() && report.residual() > 0.0);
 }
 
-/// Bodies added in another order: the same velocities and forces between the same bodies.
+/// Case C33: bodies added in another order: the same velocities and forces between the same bodies.
 pub fn the_order_of_bodies_changes_no_wrench<S: Dimension>() {
     let orders = [vec![], vec![6, 5, 4, 3, 2, 1, 0], vec![3, 0, 6, 4, 1, 5, 2]];
     let forces: Vec<Vec<f64>> = orders

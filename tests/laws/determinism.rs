@@ -35,7 +35,7 @@ pub fn heap<S: Dimension>(settings: Settings<S>) -> World<S> {
     w
 }
 
-/// The same run twice, for every integrator, impact law and position correction.
+/// Case C33: the same run twice, for every integrator, impact law and position correction.
 pub fn the_same_scene_gives_the_same_bits_twice<S: Dimension>() {
     for integrator in Integrator::ALL {
         for impact in [ImpactLaw::Newton, ImpactLaw::Sequential] {

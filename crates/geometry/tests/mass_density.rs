@@ -87,6 +87,7 @@ fn a_linear_density_has_a_closed_form_centre() {
     }
 }
 
+/// Case C4.
 #[test]
 fn smooth_densities_meet_their_closed_forms() {
     let r = 0.7f64;
@@ -185,6 +186,7 @@ fn jumps_in_the_plane_reach_ten_digits() {
     }
 }
 
+/// Case C4.
 #[test]
 fn the_stated_error_bounds_the_true_error_of_oblique_layers_in_space() {
     let mut numbers = Numbers(32);

@@ -14,6 +14,7 @@ fn known(mass: f64, center: Vec2, inertia: f64) -> MassProperties<Planar> {
     MassProperties { mass, center, inertia: Moment(inertia), error: 0.0 }
 }
 
+/// Case C4.
 #[test]
 fn disc_and_box_have_the_textbook_inertia() {
     let r = 0.37;
@@ -27,6 +28,7 @@ fn disc_and_box_have_the_textbook_inertia() {
     assert_eq!(plate.center, Vec2::ZERO, "a box is centred to the last bit");
 }
 
+/// Case C4.
 #[test]
 fn capsule_is_a_box_between_two_half_discs() {
     let (l, r) = (1.3, 0.4);
@@ -39,6 +41,7 @@ fn capsule_is_a_box_between_two_half_discs() {
     assert_same(&capsule, &known(band + discs, Vec2::ZERO, inertia), 1e-14, "capsule");
 }
 
+/// Case C4.
 #[test]
 fn regular_polygons_have_their_closed_form() {
     let side = 0.8;
@@ -108,6 +111,7 @@ fn round_polygon_is_the_limit_of_sampled_hulls() {
     }
 }
 
+/// Case C4.
 #[test]
 fn a_compound_that_tiles_a_shape_has_its_mass_properties() {
     let whole = planar(&PlanarShape::Box { size: [2.0, 1.0] });
@@ -138,6 +142,7 @@ fn overlapping_parts_count_twice() {
     assert_same(&twice, &once.with_mass(2.0 * once.mass), 1e-15, "two discs in one place");
 }
 
+/// Case C4.
 #[test]
 fn polygons_do_not_change_when_moved_or_turned() {
     let points = planar_cloud(20, 15);

@@ -17,6 +17,7 @@ fn hull(points: &[Vec3]) -> MassProperties<Spatial> {
     spatial(&SpatialShape::ConvexHull { points: points.to_vec() })
 }
 
+/// Case C4.
 #[test]
 fn ball_box_and_cylinder_have_the_textbook_inertia() {
     let (r, h) = (0.37, 1.4);
@@ -53,6 +54,7 @@ fn cone_has_the_textbook_inertia_about_a_centre_a_quarter_up() {
     assert_same(&spatial(&SpatialShape::Cone { height: h, radius: r }), &exact, 1e-14, "cone");
 }
 
+/// Case C4.
 #[test]
 fn capsule_is_a_cylinder_between_two_half_balls() {
     let (l, r) = (1.3, 0.4);
@@ -66,6 +68,7 @@ fn capsule_is_a_cylinder_between_two_half_balls() {
     assert_same(&spatial(&SpatialShape::Capsule { length: l, radius: r }), &exact, 1e-14, "capsule");
 }
 
+/// Case C4.
 #[test]
 fn platonic_solids_have_their_closed_forms() {
     let isotropic = |m: f64, i: f64| known(m, Vec3::ZERO, Sym3::diag(i, i, i));
@@ -136,6 +139,7 @@ fn round_hull_of_box_corners_is_the_round_box() {
     assert_same(&swept, &spatial(&SpatialShape::RoundBox { size, radius }), 1e-14, "round box");
 }
 
+/// Case C4.
 #[test]
 fn rounded_bodies_obey_steiners_formula() {
     // volume = V + A r + M r^2 + 4/3 pi r^3, M = 1/2 sum of edge lengths times exterior angles
@@ -240,6 +244,7 @@ fn rounded_shapes_are_limits_of_sampled_hulls() {
     }
 }
 
+/// Case C4.
 #[test]
 fn a_compound_that_tiles_a_shape_has_its_mass_properties() {
     let whole = spatial(&SpatialShape::Box { size: [2.0, 1.0, 0.5] });
@@ -263,6 +268,7 @@ fn a_compound_that_tiles_a_shape_has_its_mass_properties() {
     assert_same(&spatial(&SpatialShape::Compound { parts }), &whole, 1e-14, "tetrahedra");
 }
 
+/// Case C4.
 #[test]
 fn no_principal_moment_exceeds_the_sum_of_the_others() {
     let mut shapes = spatial_shapes();
@@ -280,6 +286,7 @@ fn no_principal_moment_exceeds_the_sum_of_the_others() {
     }
 }
 
+/// Case C4.
 #[test]
 fn polyhedra_do_not_change_when_moved_or_turned() {
     let points = spatial_cloud(30, 25);

@@ -1,7 +1,8 @@
-//! What stands by weight and friction (cases C24, C27): stacks, pyramids of boxes, a house of cards.
+//! What stands by weight and friction (cases C24, C27): stacks, pyramids of boxes, a house of cards, a tower of
+//! planks.
 
 use crate::stage::{Stage, settings};
-use carom::{BodySpec, BuildError, Planar, PlanarShape, Settings, World, World2};
+use carom::{BodySpec, BuildError, Planar, PlanarShape, Settings, Spatial, World, World2, World3, vec3};
 
 /// Density of the boxes \[kg/m^DIM\].
 const DENSITY: f64 = 1000.0;
@@ -80,6 +81,36 @@ pub fn card_house(levels: usize, friction: f64) -> Result<World2, BuildError> {
         }
         let deck = card(spacing * (pairs - 1) as f64 + CARD);
         world.add(&format!("deck{level}"), deck.at(Planar::place(0.0, floor + height + ROUNDING)))?;
+    }
+    Ok(world)
+}
+
+/// Side lengths of a plank \[m\]: along, up, deep.
+const PLANK: [f64; 3] = [0.12, 0.008, 0.024];
+
+/// A tower of planks lying flat, `planks` side by side in each storey, the storeys crossing each other at right
+/// angles, the lowest on the floor. It stands with any friction; here all have .5 and a density of 600 kg/m^3.
+///
+/// # Errors
+/// None is known; those of a plank's mass.
+pub fn kapla_tower(storeys: usize, planks: usize) -> Result<World3, BuildError> {
+    let mut world = World3::new(settings::<Spatial>(1.0 / 240.0))?;
+    world.add("floor", BodySpec::fixed(Spatial::ground(0.0)).friction(0.5))?;
+    let [long, high, deep] = PLANK;
+    // planks are spread over the width that a plank is long
+    let spacing = if planks > 1 { (long - deep) / (planks - 1) as f64 } else { 0.0 };
+    for storey in 0..storeys {
+        let up = (storey as f64 + 0.5) * high;
+        for plank in 0..planks {
+            let across = spacing * (plank as f64 - 0.5 * (planks.max(1) - 1) as f64);
+            let (shape, place) = if storey % 2 == 1 {
+                (Spatial::block(deep, high, long), vec3(across, 0.0, up))
+            } else {
+                (Spatial::block(long, high, deep), vec3(0.0, across, up))
+            };
+            let spec = BodySpec::dense(shape, 600.0).at(place).friction(0.5);
+            world.add(&format!("plank{storey}_{plank}"), spec)?;
+        }
     }
     Ok(world)
 }
