@@ -44,7 +44,7 @@ const fn spatial_scene(
 /// Thirty degrees \[rad\].
 const SLOPE: f64 = std::f64::consts::FRAC_PI_6;
 
-static SCENES: [SceneInfo; 39] = [
+static SCENES: [SceneInfo; 37] = [
     planar_scene(
         "billiard_break_planar",
         6.0,
@@ -74,9 +74,6 @@ static SCENES: [SceneInfo; 39] = [
     }),
     planar_scene("four_bar_linkage_planar", 5.0, "a crank drives a rocker through a coupler", || {
         jointed::four_bar_linkage::<Planar>()
-    }),
-    planar_scene("hanging_bridge_planar", 5.0, "a disc falls on a bridge of hinged planks", || {
-        jointed::hanging_bridge::<Planar>()
     }),
     planar_scene("incline_planar", 3.0, "two blocks on a slope of 30 degrees: one holds, one slides", || {
         sliding::incline::<Planar>(SLOPE, [0.58, 0.57])
@@ -141,9 +138,6 @@ static SCENES: [SceneInfo; 39] = [
         || constrained::four_leg_table(8.0, 0.3, 0.1),
     ),
     spatial_scene("free_top", 10.0, "a symmetric top precesses freely", spinning::free_top),
-    spatial_scene("hanging_bridge_spatial", 5.0, "a ball falls on a bridge of planks on ball joints", || {
-        jointed::hanging_bridge::<Spatial>()
-    }),
     spatial_scene(
         "incline_spatial",
         3.0,

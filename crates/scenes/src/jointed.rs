@@ -1,4 +1,4 @@
-//! Bodies on joints: a double pendulum, a linkage of four bars that is turned, a hanging bridge on which a load is set down.
+//! Bodies on joints: a double pendulum, and a linkage of four bars that is turned.
 
 use crate::stage::{Stage, settings};
 use carom::{BodySpec, BuildError, Geometry, JointSpec, Scheme, Settings, World};
@@ -53,27 +53,5 @@ pub fn four_bar_linkage<S: Stage>() -> Result<World<S>, BuildError> {
     let crank = world.index("crank")?;
     world.motion_mut().angular_velocity[crank] = spin;
     world.motion_mut().velocity[crank] = S::swing(spin, S::place(0.0, 0.2));
-    Ok(world)
-}
-
-/// Twelve planks on hinges between two banks, and a ball of 20 kg that falls on them.
-///
-/// # Errors
-/// None is known; those of building a world.
-pub fn hanging_bridge<S: Stage>() -> Result<World<S>, BuildError> {
-    let mut world = World::new(with_events(settings::<S>(1.0 / 240.0)))?;
-    let (planks, length) = (12, 0.3);
-    for k in 0..planks {
-        let x = (f64::from(k) + 0.5) * length;
-        let plank = BodySpec::heavy(S::block(0.9 * length, 0.05, 0.8), 2.0).at(S::place(x, 0.0));
-        world.add(&format!("plank {k}"), plank)?;
-        let joint = JointSpec::point(&format!("plank {k}"));
-        let joint = if k == 0 { joint } else { joint.to(&format!("plank {}", k - 1)) };
-        world.add_joint(&format!("hinge {k}"), joint.at(S::place(f64::from(k) * length, 0.0)))?;
-    }
-    let end = f64::from(planks) * length;
-    world
-        .add_joint("last hinge", JointSpec::point(&format!("plank {}", planks - 1)).at(S::place(end, 0.0)))?;
-    world.add("ball", BodySpec::heavy(S::ball(0.2), 20.0).at(S::place(0.5 * end, 1.0)))?;
     Ok(world)
 }

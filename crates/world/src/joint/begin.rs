@@ -118,7 +118,9 @@ fn close<S: Geometry>(
     let remedy = "put the bodies where the joint holds them, or give the joint other anchors";
     for (k, j) in some() {
         let error = error_of(j, &bodies.motion);
-        if !(error <= TORN * j.size) {
+        // NaN is apart too
+        let is_near = error <= TORN * j.size;
+        if !is_near {
             let problem =
                 format!("its anchors are {error:.3e} m apart at the start, more than {TORN} of its size");
             return Err(refused(bodies, k, problem, remedy, time));
@@ -145,7 +147,8 @@ fn close<S: Geometry>(
     }
     for (k, j) in some() {
         let error = error_of(j, &bodies.motion);
-        if !(error <= CLOSED * j.size) {
+        let is_closed = error <= CLOSED * j.size;
+        if !is_closed {
             let problem = format!("its anchors stay {error:.3e} m apart: the joints contradict each other");
             return Err(refused(bodies, k, problem, remedy, time));
         }

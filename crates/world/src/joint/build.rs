@@ -89,7 +89,8 @@ impl<S: Geometry> Bodies<S> {
         let size = sizes.chain([anchor_a.norm(), arm_b, length, unit]).fold(0.0, f64::max);
         let size = if size > 0.0 { size } else { 1.0 };
         let torn = if spec.kind == JointKind::Distance { (distance - length).abs() } else { distance };
-        if !(torn <= TORN * size) {
+        let is_near = torn <= TORN * size;
+        if !is_near {
             let problem = format!(
                 "is {torn:.3e} m off what the joint holds, more than {TORN} of its size {size:.3e} m"
             );

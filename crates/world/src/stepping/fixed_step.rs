@@ -316,8 +316,8 @@ impl<S: Geometry> FixedStep<S> {
             }
             self.after.clone_from(&self.free);
             self.problem.apply(&self.impulses, &mut self.after);
-            let velocities = (self.start.as_slice(), self.free.as_slice(), self.after.as_slice());
-            if !held.aim(bodies, settings.integrator, step, velocities) {
+            let (start, free, after) = (&self.start, &self.free, &self.after);
+            if !held.aim(bodies, settings.integrator, step, start, free, after) {
                 break;
             }
             last.store(&self.problem, &self.impulses, step.dt);

@@ -45,7 +45,9 @@ impl<S: Geometry> Held<S> {
         bodies: &mut Bodies<S>,
         integrator: Integrator,
         step: &Step<S>,
-        (start, free, after): (&[Twist<S>], &[Twist<S>], &[Twist<S>]),
+        start: &[Twist<S>],
+        free: &[Twist<S>],
+        after: &[Twist<S>],
     ) -> bool {
         let motion = bodies.motion.clone();
         assembly::write_back(bodies, after);
