@@ -13,6 +13,7 @@ mod directions;
 mod events;
 mod failures;
 mod friction;
+mod gradients;
 mod impact_laws;
 mod impacts;
 mod ledger;

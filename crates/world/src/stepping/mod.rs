@@ -9,6 +9,7 @@ use crate::integrate::Loads;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
+use crate::stepping::events::tape::Tape;
 use carom_geometry::Geometry;
 use carom_solver::methods::ladder::Ladder;
 use carom_solver::{ImpulseSolver, SolverKind, Watch};
@@ -44,6 +45,8 @@ pub struct Outside<'a, 'l, 'w, S: Geometry> {
     pub loads: &'a mut Loads<'l, S>,
     /// Told of long solves.
     pub watch: &'a mut Watch<'w>,
+    /// Told of what is done, by a scheme that can.
+    pub tape: Option<&'a mut Tape<S>>,
 }
 
 /// Exact decay of the velocities of damped bodies over a time, booked.

@@ -9,13 +9,14 @@ mod candidates;
 mod contacts;
 mod ending;
 mod fallback;
-mod flow;
+pub(crate) mod flow;
 mod limits;
 mod meeting;
 mod overlap;
 mod slipping;
+pub(crate) mod tape;
 mod timeline;
-mod together;
+pub(crate) mod together;
 
 use crate::bodies::Bodies;
 use crate::error::StepError;
@@ -34,6 +35,7 @@ use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::{ContactProblem, Impulse, Impulses, Watch};
 use limits::Limits;
+use tape::Tape;
 use timeline::{Common, Island, Timeline};
 use together::{Halt, LastFlow, Refusal, Tools};
 
@@ -98,14 +100,14 @@ impl<S: Geometry> EventsScheme<S> {
         bodies: &mut Bodies<S>,
         settings: &Settings<S>,
         step: &Step<S>,
-        Outside { loads, watch }: Outside<S>,
+        Outside { loads, watch, tape }: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
         choose_solver(&mut self.solver, settings);
         let mut report = SchemeReport::default();
         damp(bodies, 0.5 * step.dt, &mut report.ledger);
         let wrenches = half_way_loads(bodies, step, loads)?;
-        let done = match self.attempts(bodies, settings, step, &wrenches, watch, warm) {
+        let done = match self.attempts(bodies, settings, step, &wrenches, (watch, tape), warm) {
             Ok(done) => done,
             Err(refusal) => {
                 self.failed = refusal.solve;
@@ -127,7 +129,7 @@ impl<S: Geometry> EventsScheme<S> {
         settings: &Settings<S>,
         step: &Step<S>,
         wrenches: &[Wrench<S>],
-        watch: &mut Watch,
+        (watch, mut tape): (&mut Watch, Option<&mut Tape<S>>),
         warm: &WarmStart<S>,
     ) -> Result<Done<S>, Box<Refusal>> {
         let limits = Limits::of(settings, bodies, step.dt);
@@ -135,6 +137,9 @@ impl<S: Geometry> EventsScheme<S> {
         let mut reaches = reaches(bodies, settings, wrenches, step.dt);
         for attempt in 0.. {
             self.candidates.update(bodies, &reaches, &limits);
+            if let Some(tape) = &mut tape {
+                tape.begin(&origin, wrenches);
+            }
             let (_, _, solver) = self.solver.as_mut().expect("chosen at the step's start");
             let common = Common {
                 settings,
@@ -151,6 +156,7 @@ impl<S: Geometry> EventsScheme<S> {
                 impacts: &mut self.impacts,
                 arrivals: &mut self.arrivals,
                 watch: &mut *watch,
+                tape: tape.as_deref_mut(),
             };
             let mut timeline = Timeline::new(&common, bodies, tools);
             let outgrown = match timeline.run() {
