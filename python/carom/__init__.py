@@ -48,6 +48,7 @@ from carom.errors import (
 )
 
 if TYPE_CHECKING:
+    from carom import gradient
     from carom.advice import Advice, advise
     from carom.comparison import Comparison, compare
     from carom.meshes import load_mesh
@@ -99,6 +100,8 @@ def build_scene(name: str) -> planar.World | spatial.World:
 
 
 def __getattr__(name: str) -> Any:
+    if name == "gradient":
+        return import_module("carom.gradient")
     if name not in _LATER:
         raise AttributeError(f"module 'carom' has no attribute {name!r}")
     found = getattr(import_module(_LATER[name]), name)
@@ -107,7 +110,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_LATER})
+    return sorted({*globals(), *_LATER, "gradient"})
 
 
 __all__ = [
@@ -157,6 +160,7 @@ __all__ = [
     "collision",
     "compare",
     "errors",
+    "gradient",
     "impact",
     "load_mesh",
     "load_scene",

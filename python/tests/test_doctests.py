@@ -7,7 +7,15 @@ from importlib import import_module
 
 import pytest
 
-MODULES = ("carom", "carom.planar", "carom.spatial", "carom.impact", "carom.collision", "carom.scene")
+MODULES = (
+    "carom",
+    "carom.planar",
+    "carom.spatial",
+    "carom.impact",
+    "carom.collision",
+    "carom.gradient",
+    "carom.scene",
+)
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -14,6 +14,7 @@ mod event_log;
 mod events;
 mod failures;
 mod friction;
+mod gradients;
 mod groups;
 mod heaps;
 mod impact_laws;

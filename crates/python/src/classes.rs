@@ -5,6 +5,7 @@ use crate::arguments::{self, BodyArguments, PlainMass};
 use crate::body::{self, AtPoint, Carried};
 use crate::chunk::{self, Manner};
 use crate::errors;
+use crate::gradient::{self, PlainCotangents, PlainFlag, Recorded};
 use crate::joint::{self, JointArguments};
 use crate::pieces::{self, Collided, PlainContacts, PlainHits, PlainNearest, PlainPose, PlainSide};
 use crate::problem::{PlainCsr, PlainResidual, Problem};
@@ -20,7 +21,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 macro_rules! stamp {
-    ($space:ty, $world:ident, $problem:ident, $pieces:ident) => {
+    ($space:ty, $world:ident, $problem:ident, $pieces:ident, $rollout:ident) => {
         /// A world: bodies, settings, time.
         #[pyclass(frozen, module = "carom._carom")]
         pub struct $world {
@@ -251,6 +252,16 @@ macro_rules! stamp {
             fn problem(&self, py: Python<'_>, dt: Option<f64>, phase: &str) -> PyResult<$problem> {
                 step::problem(&self.core, py, dt, phase).map(|inner| $problem { inner })
             }
+            fn record(
+                &self,
+                py: Python<'_>,
+                steps: usize,
+                dt: Option<f64>,
+                loads: PyReadonlyArray1<'_, f64>,
+                stretch: Option<usize>,
+            ) -> PyResult<$rollout> {
+                gradient::record(&self.core, py, (steps, dt), &loads, stretch).map(|inner| $rollout { inner })
+            }
             fn snapshot(&self, py: Python<'_>) -> PyResult<String> {
                 step::snapshot(&self.core, py)
             }
@@ -347,6 +358,32 @@ macro_rules! stamp {
             }
         }
 
+        /// Recorded steps, to be differentiated.
+        #[pyclass(frozen, module = "carom._carom")]
+        pub struct $rollout {
+            inner: Recorded<$space>,
+        }
+
+        #[pymethods]
+        impl $rollout {
+            fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+                self.inner.states(py)
+            }
+            fn flags(&self) -> Vec<PlainFlag> {
+                self.inner.flags()
+            }
+            fn stretch(&self) -> usize {
+                self.inner.stretch()
+            }
+            fn pullback<'py>(
+                &self,
+                py: Python<'py>,
+                cotangents: PlainCotangents<'py>,
+            ) -> PyResult<Bound<'py, PyDict>> {
+                self.inner.pullback(py, cotangents)
+            }
+        }
+
         /// Geometry and single collisions.
         #[pyclass(frozen, module = "carom._carom")]
         pub struct $pieces;
@@ -435,5 +472,5 @@ macro_rules! stamp {
     };
 }
 
-stamp!(Planar, PlanarWorld, PlanarProblem, PlanarPieces);
-stamp!(Spatial, SpatialWorld, SpatialProblem, SpatialPieces);
+stamp!(Planar, PlanarWorld, PlanarProblem, PlanarPieces, PlanarRollout);
+stamp!(Spatial, SpatialWorld, SpatialProblem, SpatialPieces, SpatialRollout);

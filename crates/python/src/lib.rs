@@ -9,6 +9,7 @@ mod classes;
 mod errors;
 mod fields;
 mod friction_problem;
+mod gradient;
 mod joint;
 mod lookout;
 mod pieces;
@@ -22,7 +23,10 @@ mod views;
 use carom::geometry::{Decomposition, decompose as decompose_mesh};
 use carom::solver::collision;
 use carom::{EventKind, Ledger, MomentumLedger, OnInaccurate, PieceKind, SolverKind, Vec3, vec3};
-use classes::{PlanarPieces, PlanarProblem, PlanarWorld, SpatialPieces, SpatialProblem, SpatialWorld};
+use classes::{
+    PlanarPieces, PlanarProblem, PlanarRollout, PlanarWorld, SpatialPieces, SpatialProblem, SpatialRollout,
+    SpatialWorld,
+};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
@@ -88,6 +92,8 @@ fn _carom(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<SpatialProblem>()?;
     m.add_class::<PlanarPieces>()?;
     m.add_class::<SpatialPieces>()?;
+    m.add_class::<PlanarRollout>()?;
+    m.add_class::<SpatialRollout>()?;
     m.add_class::<friction_problem::PyFrictionProblem>()?;
     m.add_function(wrap_pyfunction!(scene_names, m)?)?;
     m.add_function(wrap_pyfunction!(build_scene, m)?)?;

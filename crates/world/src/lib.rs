@@ -9,6 +9,7 @@ pub mod body;
 pub mod correction;
 pub mod error;
 pub mod force;
+pub mod gradient;
 pub mod impact;
 pub mod integrate;
 pub mod joint;

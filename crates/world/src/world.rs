@@ -16,6 +16,7 @@ use crate::observe::groups::{GroupReport, Groups, LedgerGroup};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::StepReport;
 use crate::settings::{Scheme, Settings};
+use crate::stepping::events::tape::Tape;
 use crate::stepping::schemes::{JointsLast, Schemes};
 use crate::stepping::{Outside, SchemeReport};
 use crate::warm_start::WarmStart;
@@ -78,6 +79,8 @@ pub struct World<S: Geometry> {
     spare: (Vec<Touch<S>>, Schemes<S>),
     /// Why the last step that failed because of a solve did.
     failure: Option<Explanation>,
+    /// What a step tells of itself while `step_taped` asks.
+    tape: Option<Tape<S>>,
 }
 
 impl<S: Geometry> World<S> {
@@ -103,6 +106,7 @@ impl<S: Geometry> World<S> {
             checkpoint: Default::default(),
             spare: (Vec::new(), Schemes::default()),
             failure: None,
+            tape: None,
         })
     }
     /// Adds a body and returns its index.
@@ -365,6 +369,14 @@ impl<S: Geometry> World<S> {
         taken
     }
 
+    /// A step of the scheme `events` that tells what it did; it is the same step.
+    pub(crate) fn step_taped(&mut self, dt: f64) -> Result<(StepReport<S>, Tape<S>), StepError> {
+        self.tape = Some(Tape::default());
+        let taken = self.step(dt);
+        let tape = self.tape.take().unwrap_or_default();
+        taken.map(|report| (report, tape))
+    }
+
     /// Keeps why a step fails, for which the problem must still be there, and tells the error.
     fn explain_failure(&mut self, error: &mut StepError) {
         let Some(phase) = phase_of(error) else { return };
@@ -455,7 +467,7 @@ impl<S: Geometry> World<S> {
             out.extend_from_slice(applied);
             add_fields(fields, time, bodies, out)
         };
-        let outside = Outside { loads: &mut loads, watch };
+        let outside = Outside { loads: &mut loads, watch, tape: self.tape.as_mut() };
         let (bodies, settings, warm) = (&mut self.bodies, &self.settings, &mut self.warm);
         self.schemes.ran = settings.scheme;
         self.schemes.begin_accounts(bodies.len(), !self.groups.is_empty());
@@ -614,6 +626,22 @@ impl<S: Geometry> World<S> {
         StepError::NotFinite { body, field, value, stage, remedy: remedy.into(), time: self.time }
     }
 
+    /// What the coming steps depend on and steps change, to be restored by `set_to`.
+    pub(crate) fn trajectory(&self) -> Trajectory<S> {
+        Trajectory {
+            motion: self.bodies.motion.clone(),
+            warm: self.warm.clone(),
+            ledger: self.ledger,
+            time: self.time,
+            steps: self.steps,
+        }
+    }
+    /// Goes back to a point of this world's own trajectory; forces waiting for the next step are dropped.
+    pub(crate) fn set_to(&mut self, point: &Trajectory<S>) {
+        self.bodies.motion.copy_from(&point.motion);
+        self.set_trajectory(point.time, point.steps, point.warm.clone(), point.ledger);
+    }
+
     /// Restores what a snapshot holds of the trajectory; for `snapshot`.
     pub(crate) fn set_trajectory(&mut self, time: f64, steps: u64, warm: WarmStart<S>, ledger: Ledger) {
         self.time = time;
@@ -628,6 +656,15 @@ impl<S: Geometry> World<S> {
     pub(crate) fn waiting(&mut self) -> &mut Vec<Wrench<S>> {
         &mut self.applied
     }
+}
+
+/// A point of a world's trajectory.
+pub(crate) struct Trajectory<S: Geometry> {
+    motion: Motion<S>,
+    warm: WarmStart<S>,
+    ledger: Ledger,
+    time: f64,
+    steps: u64,
 }
 
 /// Adds all force fields, and refuses what is not finite by the body's name.

@@ -33,6 +33,21 @@ use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Outcome, St
 /// Rounds of impacts within a fixed step; a blow that runs through more bodies goes on in the next step.
 const ROUNDS: usize = 16;
 
+/// A round of impacts, kept for whoever differentiates it.
+#[derive(Clone)]
+pub struct Blow<S: Geometry> {
+    /// Its problem: velocities are those before it.
+    pub problem: ContactProblem<S>,
+    /// Its impulses.
+    pub impulses: Impulses<S>,
+    /// Which contacts bounce.
+    pub bounces: Vec<bool>,
+    /// The law that it went by.
+    pub law: ImpactLaw,
+    /// True where its own law would gain energy somewhere, whatever became of that.
+    pub gains: bool,
+}
+
 /// Memory of the impact phase.
 pub struct Impacts<S: Geometry> {
     /// The impact problem of the last step that had one: of its first round.
@@ -73,6 +88,8 @@ pub struct Impacts<S: Geometry> {
     resolved: Vec<bool>,
     /// True for touches that a plastic round has held, and no bounce was since.
     settled: Vec<bool>,
+    /// Where the rounds are kept, if they are.
+    pub blows: Option<Vec<Blow<S>>>,
 }
 
 impl<S: Geometry> Default for Impacts<S> {
@@ -100,6 +117,7 @@ impl<S: Geometry> Default for Impacts<S> {
             parts: Vec::new(),
             resolved: Vec::new(),
             settled: Vec::new(),
+            blows: None,
         }
     }
 }
@@ -232,7 +250,13 @@ impl<S: Geometry> Impacts<S> {
         watched: &mut Watched<S>,
         ledger: &mut Ledger,
     ) -> SolveReport {
+        let guarded = self.guarded;
         let outcome = self.solve(law, settings, thresholds, watched);
+        let gains = self.guarded > guarded;
+        if let Some(blows) = &mut self.blows {
+            let (problem, impulses) = (self.problem.clone(), self.impulses.clone());
+            blows.push(Blow { problem, impulses, bounces: self.bounces.clone(), law, gains });
+        }
         for (&k, g) in self.struck.iter().zip(&self.impulses.contacts) {
             self.totals[k].normal += g.normal;
             self.totals[k].tangent += g.tangent;

@@ -201,7 +201,7 @@ pub fn set_spin_momentum<S: Geometry>(bodies: &mut Bodies<S>, i: usize, momentum
 }
 
 /// True when torque-free motion keeps the angular velocity: obstacles, particles, equal principal moments.
-fn turns_steadily<S: Geometry>(bodies: &Bodies<S>, i: usize) -> bool {
+pub fn turns_steadily<S: Geometry>(bodies: &Bodies<S>, i: usize) -> bool {
     let d = &bodies.data[i];
     let p = d.principal.as_slice();
     !bodies.is_dynamic(i) || d.inverse_inertia == S::Inertia::ZERO || p.iter().all(|x| *x == p[0])

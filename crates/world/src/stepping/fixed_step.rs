@@ -114,7 +114,7 @@ impl<S: Geometry> FixedStep<S> {
         touches: &[Touch<S>],
         settings: &Settings<S>,
         step: &Step<S>,
-        Outside { loads, watch }: Outside<S>,
+        Outside { loads, watch, .. }: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
         let mut report = SchemeReport::default();

@@ -11,6 +11,7 @@ use crate::observe::accounts::{Accounts, Motive};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
+use crate::stepping::events::tape::Tape;
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::methods::ladder::Ladder;
@@ -47,6 +48,8 @@ pub struct Outside<'a, 'l, 'w, S: Geometry> {
     pub loads: &'a mut Loads<'l, S>,
     /// Told of long solves.
     pub watch: &'a mut Watch<'w>,
+    /// Told of what is done, by a scheme that can.
+    pub tape: Option<&'a mut Tape<S>>,
 }
 
 /// Exact decay of the velocities of damped bodies over a time, booked.

@@ -4,6 +4,7 @@
 use super::arrival::Way;
 use super::contacts::Active;
 use super::flow::Stick;
+use super::tape::Gap;
 use super::timeline::{Island, Timeline, state};
 use super::together::{Halt, Together};
 use carom_geometry::Geometry;
@@ -47,6 +48,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
     pub fn cut_short(&mut self, moment: f64, movers: &[usize]) -> Result<(), Halt> {
         let candidates = self.common.candidates;
         let all = self.bring_reachable(moment, movers)?;
+        self.tell_gap(true, Gap::CutShort, &all);
         let mut at = self.gather(&all, moment);
         let start = at.bodies.motion.clone();
         at.fall_back(self.common.limits.dt - moment, &mut self.tools)?;
@@ -95,8 +97,13 @@ impl<S: Geometry> Timeline<'_, '_, S> {
     pub fn finish(&mut self) -> Result<(), Halt> {
         for k in 0..self.islands.len() {
             if self.islands[k].is_some() {
-                let at = self.at_moment(k, self.common.limits.dt)?;
+                let end = self.common.limits.dt;
+                let at = self.at_moment(k, end)?;
                 self.check_reach(&at)?;
+                if let Some(tape) = &mut self.tools.tape {
+                    tape.meet(end);
+                }
+                self.tell_flow(k, &at, end);
                 self.keep(&at);
             }
         }
@@ -105,7 +112,8 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         self.overlapping(&mut deep);
         if deep.contains(&true) || self.bodies.torn() > self.common.limits.torn() {
             let mut at = self.gather(&movers, self.common.limits.dt);
-            at.project(&mut self.tools)?;
+            let moved = at.project(&mut self.tools)?;
+            self.tell_gap(moved, Gap::Projected, &movers);
             self.keep(&at);
         }
         Ok(())

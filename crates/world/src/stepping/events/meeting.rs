@@ -3,6 +3,7 @@
 //! met before.
 
 use super::arrival::State;
+use super::tape::Cause;
 use super::timeline::{NONE, Timeline, state};
 use super::together::{Halt, Together};
 use crate::narrow_phase::contact_id;
@@ -61,6 +62,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             ready.clear();
             moment = next;
         }
+        self.because(Cause::Arrival(pair, id));
         self.meet(moment, &islands, ready, Some(pair))
     }
 

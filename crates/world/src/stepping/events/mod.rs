@@ -10,7 +10,7 @@ mod candidates;
 mod contacts;
 mod ending;
 mod fallback;
-mod flow;
+pub(crate) mod flow;
 mod gaps;
 mod joints;
 mod limits;
@@ -18,8 +18,9 @@ mod meeting;
 mod overlap;
 mod quiet;
 mod slipping;
+pub(crate) mod tape;
 mod timeline;
-mod together;
+pub(crate) mod together;
 
 use crate::bodies::Bodies;
 use crate::error::StepError;
@@ -41,6 +42,7 @@ use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::{ContactProblem, Impulse, Impulses, Watch};
 use limits::Limits;
+use tape::Tape;
 use timeline::{Common, Island, Timeline};
 use together::{Halt, LastFlow, Refusal, Tools};
 
@@ -120,14 +122,14 @@ impl<S: Geometry> EventsScheme<S> {
         bodies: &mut Bodies<S>,
         settings: &Settings<S>,
         step: &Step<S>,
-        Outside { loads, watch }: Outside<S>,
+        Outside { loads, watch, tape }: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
         choose_solver(&mut self.solver, settings);
         let mut report = SchemeReport::default();
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         let wrenches = half_way_loads(bodies, step, loads)?;
-        let done = match self.attempts(bodies, settings, step, &wrenches, watch, warm) {
+        let done = match self.attempts(bodies, settings, step, &wrenches, (watch, tape), warm) {
             Ok(done) => done,
             Err(refusal) => {
                 self.failed = refusal.solve;
@@ -149,7 +151,7 @@ impl<S: Geometry> EventsScheme<S> {
         settings: &Settings<S>,
         step: &Step<S>,
         wrenches: &[Wrench<S>],
-        watch: &mut Watch,
+        (watch, mut tape): (&mut Watch, Option<&mut Tape<S>>),
         warm: &WarmStart<S>,
     ) -> Result<Done<S>, Box<Refusal>> {
         let limits = Limits::of(settings, bodies, step.dt);
@@ -157,6 +159,9 @@ impl<S: Geometry> EventsScheme<S> {
         let mut reaches = reaches(bodies, settings, wrenches, step.dt);
         for attempt in 0.. {
             self.candidates.update(bodies, &reaches, &limits);
+            if let Some(tape) = &mut tape {
+                tape.begin(&origin, wrenches);
+            }
             let (_, _, solver) = self.solver.as_mut().expect("chosen at the step's start");
             let common = Common {
                 settings,
@@ -175,6 +180,7 @@ impl<S: Geometry> EventsScheme<S> {
                 impacts: &mut self.impacts,
                 arrivals: &mut self.arrivals,
                 watch: &mut *watch,
+                tape: tape.as_deref_mut(),
             };
             let mut timeline = Timeline::new(&common, bodies, tools);
             let outgrown = match timeline.run() {

@@ -4,6 +4,7 @@
 
 use super::contacts::Active;
 use super::flow::Stick;
+use super::tape::Gap;
 use super::timeline::{Course, Timeline, longest_flow, split};
 use super::together::{Halt, Together};
 use crate::joint::mover;
@@ -39,7 +40,8 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         let at_once = self.common.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
         for set in struck.chunk_by(|&i, &j| sets.root(i) == sets.root(j)) {
             let mut part = self.gather(set, 0.0);
-            part.project(&mut self.tools)?;
+            let moved = part.project(&mut self.tools)?;
+            self.tell_gap(moved, Gap::Projected, set);
             if at_once {
                 let touches = part.touches();
                 part.strike(&touches, &mut self.tools)?;

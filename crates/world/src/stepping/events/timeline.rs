@@ -8,6 +8,7 @@ use super::candidates::Candidates;
 use super::contacts::Active;
 use super::flow::Stick;
 use super::limits::Limits;
+use super::tape::{Cause, Gap};
 use super::together::{Halt, LastFlow, Saved, Together, Tools};
 use crate::bodies::{Bodies, Motion};
 use crate::force::Wrench;
@@ -197,6 +198,8 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             match entry.kind {
                 Kind::Ends(island) => {
                     if self.islands[island].is_some() {
+                        let stops = self.island(island).stopping;
+                        self.because(if stops { Cause::Stop } else { Cause::Turned });
                         self.meet(moment, &[island], Vec::new(), None)?;
                     }
                 }
@@ -318,7 +321,11 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         stops: usize,
     ) -> Result<(), Halt> {
         let touches = at.touches();
+        self.tools.impacts.blows = self.tools.tape.is_some().then(Vec::new);
         at.strike(&touches, &mut self.tools)?;
+        if let Some((tape, rounds)) = self.tools.tape.as_mut().zip(self.tools.impacts.blows.take()) {
+            tape.impact(&at.members, &at.bodies.motion, rounds);
+        }
         let rest = self.common.limits.dt - moment;
         let ahead = at.brake(&touches, rest, &mut self.tools)?;
         self.keep(&at);
@@ -517,6 +524,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         self.lay_out(at, moment, met.events, met.stops)?;
         // an arrival of the ways that the flows do not share: looked at again a little later
         let missed = due.filter(|_| self.events.impacts == impacts);
+        self.tell_gap(missed.is_some(), Gap::Missed, &met.movers);
         self.foresee_all(&met.movers, moment, missed);
         Ok(())
     }
@@ -530,6 +538,9 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     ) -> Result<Met<S>, Halt> {
         let mut met = Met { movers: Vec::new(), memory: None, events: 0, stops: 0 };
         let mut waiting: Vec<usize> = islands.to_vec();
+        if let Some(tape) = &mut self.tools.tape {
+            tape.meet(moment);
+        }
         while let Some(k) = waiting.pop() {
             if self.islands[k].is_none() {
                 continue;
@@ -538,6 +549,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
                 Some(r) => ready.swap_remove(r).1,
                 None => self.at_moment(k, moment)?,
             };
+            self.tell_flow(k, &at, moment);
             self.keep(&at);
             self.check_reach(&at)?;
             let island = self.islands[k].take().expect("an island in use");
@@ -560,12 +572,38 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             met.movers.extend(movers);
         }
         met.movers.sort_unstable();
+        if let Some(tape) = &mut self.tools.tape {
+            tape.met(&met.movers);
+        }
         if let Some((pressed, forces)) = &mut met.memory {
             pressed.sort_unstable();
             pressed.dedup();
             forces.sort();
         }
         Ok(met)
+    }
+
+    /// Tells the tape what makes the next moment.
+    pub(super) fn because(&mut self, cause: Cause) {
+        if let Some(tape) = &mut self.tools.tape {
+            tape.because(cause);
+        }
+    }
+
+    /// Tells the tape of the flow by which an island has come to a moment, where it is a flow.
+    pub(super) fn tell_flow(&mut self, k: usize, at: &Together<S>, moment: f64) {
+        let (Some(tape), Some(island)) = (&mut self.tools.tape, &self.islands[k]) else { return };
+        if moment > island.begin && at.last.time > 0.0 {
+            let ends = (&island.start, &at.bodies.motion);
+            tape.flow(&island.members, ends, &island.active, island.stick, &at.last);
+        }
+    }
+
+    /// Tells the tape of something that has no derivative.
+    pub(super) fn tell_gap(&mut self, happened: bool, gap: fn(Vec<usize>) -> Gap, movers: &[usize]) {
+        if let Some(tape) = self.tools.tape.as_mut().filter(|_| happened) {
+            tape.gap(gap(movers.to_vec()));
+        }
     }
 
     /// Appends the islands of bodies that touch some of these at a moment.

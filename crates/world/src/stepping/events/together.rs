@@ -4,6 +4,7 @@
 use super::arrival::Arrivals;
 use super::flow::Stick;
 use super::limits::Limits;
+use super::tape::Tape;
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
 use crate::error::StepError;
@@ -83,6 +84,8 @@ pub struct Tools<'a, 'w, S: Geometry> {
     pub arrivals: &'a mut Arrivals<S>,
     /// Told of long solves.
     pub watch: &'a mut Watch<'w>,
+    /// Told of what is done, where someone differentiates it.
+    pub tape: Option<&'a mut Tape<S>>,
 }
 
 /// What a flow solved last.
