@@ -349,8 +349,8 @@ pub fn a_block_that_stops_has_the_gradient_that_differences_show<S: Stand>() {
     knobs.extend([Knob::Mass(1), Knob::Inertia(1)]);
     knobs.extend(each::<S>(Knob::Gravity));
     knobs.extend((0..S::DIM).flat_map(|k| [Knob::Force(0, 1, k), Knob::Force(7, 1, k)]));
-    // what acts across the slip of a body on three corners is off by up to 1e-5 where it stops: see the limits
-    knobs.retain(|k| S::DIM == 2 || !matches!(k, Knob::Velocity(..) | Knob::Gravity(0 | 1)));
+    // the start's velocities of a body on three corners are off by 4e-6: see the limits
+    knobs.retain(|k| S::DIM == 2 || !matches!(k, Knob::Velocity(..)));
     let rollout = scene.agrees(&knobs, "stopping");
     assert!(rollout.flags().is_empty(), "{:?}", rollout.flags());
 }
@@ -404,7 +404,8 @@ fn stack<S: Stand>() -> World<S> {
     add_floor(&mut w, 0.5, 0.0);
     for (k, (width, density)) in [(0.5, 20.0), (0.4, 35.0), (0.3, 10.0)].into_iter().enumerate() {
         let at = S::at(0.02 * k as f64, 0.1 + 0.2 * k as f64);
-        let block = BodySpec::dense(S::stand(width, 0.2), density).at(at).friction(0.5 - 0.02 * k as f64);
+        // the floor takes half of g: what stands above needs more friction than that, or it is on its cone
+        let block = BodySpec::dense(S::stand(width, 0.2), density).at(at).friction(0.55 + 0.1 * k as f64);
         add(&mut w, &format!("block{k}"), block.moving(oblique::<S>() * 0.8));
     }
     w
@@ -422,8 +423,6 @@ pub fn a_pushed_stack_has_the_gradient_that_differences_show<S: Stand>() {
         (0..S::DIM - 1).flat_map(|k| [Knob::Force(0, 1, k), Knob::Force(4, 2, k), Knob::Force(2, 3, k)]),
     );
     knobs.push(Knob::Gravity(S::DIM - 1));
-    // as where one block stops
-    knobs.retain(|k| S::DIM == 2 || !matches!(k, Knob::Friction(0) | Knob::Gravity(0 | 1)));
     let rollout = scene.agrees(&knobs, "stack");
     assert!(rollout.flags().is_empty(), "{:?}", rollout.flags());
 }

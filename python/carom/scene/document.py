@@ -74,8 +74,8 @@ class EventSettings(Strict):
     )
     plastic_arrivals: PlasticArrivals | None = Field(
         default=None,
-        description='How contacts that do not bounce arrive: "at_their_moment" when absent, or "within_the_step", '
-        "slowed where a flow begins: for heaps.",
+        description='How contacts that do not bounce arrive: "at_their_moment" when absent, or '
+        '"within_the_step", slowed where a flow begins: for heaps.',
     )
     warm_start: Switch | None = Field(
         default=None, description="Whether flows start from the forces before; false when absent."

@@ -17,9 +17,9 @@ const STOPPED: f64 = 1e-9;
 /// First trial flow over the flow's length \[1\], and the factor from each to the next.
 const TRIAL: f64 = 0.1;
 /// Trial flows, each a tenth of the one before, until no contact stops within one.
-const TRIALS: usize = 6;
+const TRIALS: usize = 10;
 /// Corrections of the moment where decelerations change on the way.
-const CORRECTIONS: usize = 3;
+const CORRECTIONS: usize = 12;
 
 /// A contact's slip at the start of a flow: index, speed, direction.
 struct Slip<S: Geometry> {
