@@ -55,7 +55,8 @@ impl<S: Geometry> Together<'_, S> {
             let off = gap - wanted;
             let held = sum - targets[k] <= self.limits.still_speed;
             if off < -self.limits.arrived || (held && off > self.limits.arrived) {
-                targets[k] = sum - 2.0 * off / time;
+                // never apart: a row that closes takes energy, and what it leaves is projected
+                targets[k] = (sum - 2.0 * off / time).min(0.0);
                 kept = false;
             }
         }
