@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from carom import BuildError, EventReport, planar, spatial
+from carom import EVENT_KINDS, BuildError, EventReport, planar, spatial
 from carom.check_run import check_run
 
 G = 9.81
@@ -68,3 +68,19 @@ def test_a_recorded_run_with_events_closes_its_books(tmp_path: Path) -> None:
     verdicts = {check.name: check.verdict for check in told.checks}
     assert verdicts["ledger"] == verdicts["closure"] == "ok"
     assert "failed" not in verdicts.values(), json.dumps(verdicts)
+
+
+def test_a_heap_without_moments_is_told_and_checked(tmp_path: Path) -> None:
+    w = spatial.World(scheme="events", dt=0.01, events={"plastic_arrivals": "within_the_step"})
+    w.add_static("floor", spatial.HalfSpace(normal=(0, 0, 1)), friction=0.5)
+    for i in range(4):
+        shape = spatial.Sphere(0.1) if i % 2 else spatial.Box(0.3, 0.2, 0.2)
+        place = (0.04 * i, 0.03 * i, 0.3 + 0.3 * i)
+        w.add_body(f"body{i}", shape, density=1000.0, position=place, friction=0.5, restitution=0.0)
+    run = w.run(0.6, out=tmp_path / "heap.h5", every=1)
+    assert run.events is not None
+    kinds = {EVENT_KINDS[k] for frame in run.events for k in frame["kind"]}
+    assert {"slowed", "closing"} <= kinds
+    assert check_run(tmp_path / "heap.h5").ok
+    with pytest.raises(BuildError, match="plastic_arrivals"):
+        w.events = {"plastic_arrivals": "later"}
