@@ -6,6 +6,7 @@
 
 use super::contacts::Active;
 use super::fallback::movers;
+use super::timeline::OVER;
 use super::together::{Halt, Saved, Together, Tools};
 use crate::assembly;
 use crate::narrow_phase::{Touch, normal_velocity};
@@ -36,7 +37,8 @@ impl<S: Geometry> Together<'_, S> {
         rest: f64,
         tools: &mut Tools<S>,
     ) -> Result<Vec<Touch<S>>, Halt> {
-        if self.settings.events.plastic_arrivals == PlasticArrivals::AtTheirMoment {
+        let at_their_moment = self.settings.events.plastic_arrivals == PlasticArrivals::AtTheirMoment;
+        if at_their_moment || rest <= OVER * self.limits.dt {
             return Ok(Vec::new());
         }
         let near = self.not_arrived(touches);

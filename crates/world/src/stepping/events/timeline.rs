@@ -29,7 +29,7 @@ use std::collections::BinaryHeap;
 /// Rotation in one flow \[rad\]: ways are found from quadratic rotations.
 const TURN: f64 = 1.0;
 /// Left of the step when it is over \[1\].
-const OVER: f64 = 1e-14;
+pub(super) const OVER: f64 = 1e-14;
 
 /// What all of a step has in common.
 pub struct Common<'a, S: Geometry> {
