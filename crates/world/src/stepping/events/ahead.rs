@@ -5,23 +5,33 @@
 //! and never give. What is given up is the moment: a body is slowed up to a flow's length too early.
 
 use super::contacts::Active;
-use super::fallback::movers;
+use super::push::Push;
 use super::timeline::OVER;
 use super::together::{Halt, Saved, Together, Tools};
-use crate::assembly;
 use crate::narrow_phase::{Touch, normal_velocity};
 use crate::observe::accounts::Cause;
-use crate::observe::event_log::{Acted, EventKind, PieceKind};
-use crate::observe::ledger::Ledger;
 use crate::settings::PlasticArrivals;
 use carom_geometry::Geometry;
 use carom_math::Column;
-use carom_solver::{ContactProblem, Impulses, Twist};
+use carom_solver::Twist;
+use std::collections::BTreeSet;
 
 /// Rounds of looking for contacts that come in once others are slowed.
 const ROUNDS: usize = 8;
 /// How much nearer than freely bodies may come over |g| tau^2, where contacts hold one and not the other \[1\].
 const HELD: f64 = 1.0;
+
+/// Plastic contacts that will arrive, and their names.
+struct Ahead<S: Geometry> {
+    touches: Vec<Touch<S>>,
+    names: BTreeSet<u64>,
+}
+
+impl<S: Geometry> Default for Ahead<S> {
+    fn default() -> Self {
+        Ahead { touches: Vec::new(), names: BTreeSet::new() }
+    }
+}
 
 /// Normal velocity of a contact for given velocities of all bodies.
 fn velocity_at<S: Geometry>(t: &Touch<S>, positions: &[S::Vector], twists: &[Twist<S>]) -> f64 {
@@ -41,36 +51,27 @@ impl<S: Geometry> Together<'_, S> {
         if at_their_moment || rest <= OVER * self.limits.dt {
             return Ok(Vec::new());
         }
-        let near = self.not_arrived(touches);
-        let before = self.twists();
-        let mut after = before.clone();
-        let mut ahead: Vec<Touch<S>> = Vec::new();
-        let mut solved = None;
+        let mut near = self.within_reach();
+        let holding = self.persisting(touches).names;
+        near.retain(|t| holding.binary_search(&t.id).is_err());
+        let mut ahead = Ahead::default();
         for _ in 0..ROUNDS {
-            let known = ahead.len();
-            self.coming(&near, &after, rest, &mut ahead);
+            let before = self.twists();
+            self.coming(&near, &before, rest, &mut ahead);
             let too_fast = |t: &Touch<S>| {
-                velocity_at(t, &self.bodies.motion.position, &after)
-                    < -t.gap.max(0.0) / rest - self.limits.still_speed
+                let now = velocity_at(t, &self.bodies.motion.position, &before);
+                now < -t.gap.max(0.0) / rest - self.limits.still_speed
             };
-            if ahead.len() == known || !ahead.iter().any(too_fast) {
+            if !ahead.touches.iter().any(too_fast) {
                 break;
             }
-            let (slowed, problem) = self.braking(touches, &ahead, &before, rest);
-            let mut impulses = Impulses::zero(&problem);
-            self.solve(&problem, &mut impulses, tools)?;
-            after.clone_from(&before);
-            problem.apply(&impulses, &mut after);
-            solved = Some((slowed, problem, impulses));
+            let (slowed, targets) = self.to_slow(touches, &ahead, rest);
+            let (touches, targets, cause) = (slowed.as_slice(), targets.as_slice(), Cause::Impact);
+            let push = Push { touches, targets, velocities: &before, time: 0.0, cause };
+            self.push(&push, before.clone(), tools)?;
+            self.events.impacts += 1;
         }
-        if let Some((slowed, problem, impulses)) = solved {
-            let (time, length) = (self.moment, 0.0);
-            let acted = Acted { time, length, touches: &slowed, problem: &problem, impulses: &impulses };
-            self.log.add(&acted, |_| EventKind::Slowed);
-            self.log.end_act(PieceKind::Impact, time, length, movers(&self.bodies));
-            self.book_braking(&problem, &impulses, &before, &after);
-        }
-        Ok(ahead)
+        Ok(ahead.touches)
     }
 
     /// Plastic contacts that did not act in a flow and overlap at its end, as they were where it began: features of
@@ -104,77 +105,26 @@ impl<S: Geometry> Together<'_, S> {
         missed
     }
 
-    /// Contacts near enough for this step that have not arrived.
-    fn not_arrived(&mut self, touches: &[Touch<S>]) -> Vec<Touch<S>> {
-        let mut near = Vec::new();
-        for k in 0..self.pairs.len() {
-            let (a, b) = self.pairs[k];
-            let margin = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
-            self.find((a, b), margin + self.reaches[a] + self.reaches[b], &mut near);
-        }
-        let holding = self.persisting(touches);
-        near.retain(|t| holding.names.binary_search(&t.id).is_err());
-        near
-    }
-
     /// Appends the plastic contacts that close within a time \[s\] if bodies go on from these velocities freely.
-    fn coming(&self, near: &[Touch<S>], twists: &[Twist<S>], time: f64, ahead: &mut Vec<Touch<S>>) {
+    fn coming(&self, near: &[Touch<S>], twists: &[Twist<S>], time: f64, ahead: &mut Ahead<S>) {
         let free = self.loaded(twists, time);
         let held = HELD * self.settings.gravity.norm() * time * time;
         let position = &self.bodies.motion.position;
         for t in near {
             let (now, then) = (velocity_at(t, position, twists), velocity_at(t, position, &free));
             let plastic = t.restitution == 0.0 || then > -self.limits.rest_speed_of(t.restitution);
-            if plastic && t.gap + 0.5 * (now + then) * time < held && !ahead.iter().any(|k| k.id == t.id) {
-                ahead.push(*t);
+            if plastic && t.gap + 0.5 * (now + then) * time < held && ahead.names.insert(t.id) {
+                ahead.touches.push(*t);
             }
         }
     }
 
-    /// The problem of slowing, and its contacts: what touches does not come nearer, what is ahead no faster than its
-    /// gap allows.
-    fn braking(
-        &self,
-        touches: &[Touch<S>],
-        ahead: &[Touch<S>],
-        before: &[Twist<S>],
-        rest: f64,
-    ) -> (Vec<Touch<S>>, ContactProblem<S>) {
-        let mut problem = ContactProblem::new(Vec::new(), Vec::new());
-        assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
-        problem.velocities = before.to_vec();
-        let holding = touches.iter().filter(|t| !ahead.iter().any(|k| k.id == t.id));
-        let holding = holding.map(|t| (t, normal_velocity(&self.bodies, t).min(0.0)));
-        let mut slowed = Vec::new();
-        for (t, target) in holding.chain(ahead.iter().map(|t| (t, -t.gap.max(0.0) / rest))) {
-            problem.contacts.push(assembly::contact(&self.bodies, t, target));
-            assembly::resist(&mut problem, t);
-            slowed.push(*t);
-        }
-        (slowed, problem)
-    }
-
-    /// Takes the impulses' velocities over and books their work as an impact's.
-    fn book_braking(
-        &mut self,
-        problem: &ContactProblem<S>,
-        impulses: &Impulses<S>,
-        before: &[Twist<S>],
-        after: &[Twist<S>],
-    ) {
-        let (mut normal, mut friction) = (0.0, 0.0);
-        let both = |_: usize, n: f64, t: f64| {
-            normal += n;
-            friction += t;
-        };
-        let mut driven = Ledger::default();
-        assembly::contact_work(&self.bodies, problem, impulses, before, after, both, &mut driven);
-        self.accounts.kick(&self.bodies, problem, impulses, (before, after), |_| Cause::Impact);
-        self.ledger.impact_normal += normal;
-        self.ledger.impact_friction += friction;
-        self.ledger.driven += driven.driven;
-        assembly::write_back(&mut self.bodies, after);
-        self.events.impacts += 1;
+    /// What is slowed, and to which normal velocities \[m/s\]: what touches does not come nearer, what is ahead no faster
+    /// than its gap allows.
+    fn to_slow(&self, touches: &[Touch<S>], ahead: &Ahead<S>, rest: f64) -> (Vec<Touch<S>>, Vec<f64>) {
+        let holding = touches.iter().filter(|t| !ahead.names.contains(&t.id));
+        let holding = holding.map(|t| (*t, normal_velocity(&self.bodies, t).min(0.0)));
+        holding.chain(ahead.touches.iter().map(|t| (*t, -t.gap.max(0.0) / rest))).unzip()
     }
 }
 

@@ -2,23 +2,23 @@
 //! is, then one flow in which every pair within reach holds n.ubar >= -gap / tau. It takes energy and never gives;
 //! the ledger has a line for it.
 
+use super::push::Push;
 use super::together::{Halt, Together, Tools};
-use crate::assembly;
-use crate::bodies::Bodies;
 use crate::narrow_phase::Touch;
 use crate::observe::accounts::Cause;
-use crate::observe::event_log::{Acted, EventKind, PieceKind};
 use carom_geometry::Geometry;
 use carom_math::Column;
-use carom_solver::{ContactProblem, Impulses, Twist};
+use carom_solver::Twist;
 
 impl<S: Geometry> Together<'_, S> {
     /// Moves the set by a time \[s\] without looking for events.
     pub fn fall_back(&mut self, time: f64, tools: &mut Tools<S>) -> Result<(), Halt> {
         let touches = self.within_reach();
         let before = self.twists();
-        let closing = |t: &Touch<S>| -t.gap.max(0.0) / time;
-        self.impulse(&touches, &before, before.clone(), 0.0, &closing, tools)?;
+        let closing: Vec<f64> = touches.iter().map(|t| -t.gap.max(0.0) / time).collect();
+        let (touches, cause) = (touches.as_slice(), Cause::Fallback);
+        let push = Push { touches, targets: &closing, velocities: &before, time: 0.0, cause };
+        self.push(&push, before.clone(), tools)?;
         let start = self.bodies.motion.clone();
         let before = self.twists();
         let free = self.loaded(&before, time);
@@ -31,8 +31,8 @@ impl<S: Geometry> Together<'_, S> {
             .zip(&free)
             .map(|(b, f)| Twist::new(b.linear + f.linear, b.angular + f.angular))
             .collect();
-        let twice = |t: &Touch<S>| -2.0 * t.gap.max(0.0) / time;
-        self.impulse(&touches, &sums, free, time, &twice, tools)?;
+        let twice: Vec<f64> = closing.iter().map(|c| 2.0 * c).collect();
+        self.push(&Push { touches, targets: &twice, velocities: &sums, time, cause }, free, tools)?;
         let mut potential = 0.0;
         for (i, start_twist) in before.iter().enumerate() {
             let mean = (start_twist.linear + self.bodies.motion.velocity[i]) * 0.5;
@@ -51,7 +51,8 @@ impl<S: Geometry> Together<'_, S> {
         Ok(())
     }
 
-    fn within_reach(&mut self) -> Vec<Touch<S>> {
+    /// All contacts that may come to touch within the step.
+    pub fn within_reach(&mut self) -> Vec<Touch<S>> {
         let mut touches = Vec::new();
         for k in 0..self.pairs.len() {
             let (a, b) = self.pairs[k];
@@ -60,61 +61,4 @@ impl<S: Geometry> Together<'_, S> {
         }
         touches
     }
-
-    /// Solves for impulses on given velocities, applies them to `free`, and books all their work as fallback.
-    fn impulse(
-        &mut self,
-        touches: &[Touch<S>],
-        velocities: &[Twist<S>],
-        free: Vec<Twist<S>>,
-        time: f64,
-        target: &dyn Fn(&Touch<S>) -> f64,
-        tools: &mut Tools<S>,
-    ) -> Result<(), Halt> {
-        let before = self.twists();
-        let mut problem = ContactProblem::new(Vec::new(), Vec::new());
-        assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
-        problem.velocities = velocities.to_vec();
-        for t in touches {
-            problem.contacts.push(assembly::contact(&self.bodies, t, target(t)));
-            assembly::resist(&mut problem, t);
-        }
-        // sums of velocities, or the velocities after the plastic impulse: joints ask for none; the next projection
-        // takes away by what the way then misses them
-        self.bodies.push_joints(&self.bodies.joint_frames(), &[], &mut problem);
-        let mut impulses = Impulses::zero(&problem);
-        if !touches.is_empty() || !problem.rows.is_empty() {
-            self.solve(&problem, &mut impulses, tools)?;
-        }
-        let (kind, piece) = if time > 0.0 {
-            (EventKind::FallbackFlow, PieceKind::Fallback)
-        } else {
-            (EventKind::FallbackImpact, PieceKind::Impact)
-        };
-        let acted =
-            Acted { time: self.moment, length: time, touches, problem: &problem, impulses: &impulses };
-        self.log.add(&acted, |_| kind);
-        self.log.end_act(piece, self.moment, time, movers(&self.bodies));
-        self.log.add_rows(&problem, &impulses);
-        let mut after = free;
-        problem.apply(&impulses, &mut after);
-        let mut work = 0.0;
-        let book = |_: usize, n: f64, t: f64| work += n + t;
-        let mut driven = crate::observe::ledger::Ledger::default();
-        assembly::contact_work(&self.bodies, &problem, &impulses, &before, &after, book, &mut driven);
-        self.accounts.kick(&self.bodies, &problem, &impulses, (&before, &after), |_| Cause::Fallback);
-        self.ledger.constraint +=
-            assembly::row_work(&self.bodies, &problem, &impulses, &before, &after, &mut driven);
-        self.keep_joints(&problem, &impulses);
-        self.ledger.fallback += work;
-        self.ledger.driven += driven.driven;
-        self.book_loads(&before, &after, time);
-        assembly::write_back(&mut self.bodies, &after);
-        Ok(())
-    }
-}
-
-/// Those that impulses move.
-pub fn movers<S: Geometry>(bodies: &Bodies<S>) -> impl Iterator<Item = usize> + '_ {
-    (0..bodies.len()).filter(|&i| bodies.is_dynamic(i))
 }

@@ -16,6 +16,7 @@ mod joints;
 mod limits;
 mod meeting;
 mod overlap;
+mod push;
 mod quiet;
 mod slipping;
 pub(crate) mod tape;
