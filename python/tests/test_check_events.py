@@ -7,25 +7,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import checked
 import h5py
 import numpy as np
 import pytest
+from checked import failed
 
 import carom
-from carom import BuildError, planar, spatial
+from carom import BuildError, planar
 from carom.check_run import Verdict, check_run
 from carom.check_run_events import EVENT_CHECKS
 from carom.run import Run
 
 FLOW, IMPACT = carom.EVENT_KINDS.index("flow"), carom.EVENT_KINDS.index("impact")
-
-
-def failed(found: Verdict) -> dict[str, str]:
-    return {
-        c.name: f"{c.value} > {c.bound} at step {c.step}, {c.where}"
-        for c in found.checks
-        if c.verdict == "failed"
-    }
 
 
 def recorded(world: Any, path: Path, duration: float, **options: Any) -> Verdict:
@@ -35,30 +29,7 @@ def recorded(world: Any, path: Path, duration: float, **options: Any) -> Verdict
 
 
 def tumbling(space: str, rule: str) -> Any:
-    """A box tumbles onto a floor beside a ball that rolls, with damping, a load and a moving obstacle."""
-    if space == "planar":
-        w: Any = planar.World(dt=1 / 100, integrator=rule, scheme="events")
-        w.add_static("floor", planar.HalfPlane(), friction=0.5)
-        w.add_kinematic(
-            "paddle", planar.Box(0.2, 1), position=(1.4, 0.6), velocity=(0.3, 0), angular_velocity=2
-        )
-        w.add_body("ball", planar.Circle(0.2), mass=1, position=(0, 0.5), velocity=(1, 0), angular_velocity=3,
-                   friction=0.5, rolling_friction=0.01, restitution=0.3)  # fmt: skip
-        w.add_body("box", planar.Box(0.4, 0.1), mass=2, position=(2.5, 0.6), velocity=(-1, 0),
-                   angular_velocity=3, friction=0.5, linear_damping=0.3, angular_damping=0.2)  # fmt: skip
-    else:
-        w = spatial.World(dt=1 / 100, integrator=rule, scheme="events")
-        w.add_static("floor", spatial.HalfSpace(), friction=0.5)
-        w.add_kinematic("paddle", spatial.Box(0.2, 1, 0.3), position=(1.4, 0, 0.6), velocity=(0.3, 0, 0),
-                        angular_velocity=(1, 2, 0))  # fmt: skip
-        w.add_body("ball", spatial.Sphere(0.2), mass=1, position=(0, 0, 0.5), velocity=(1, 0, 0),
-                   angular_velocity=(1, 3, 0), friction=0.5, rolling_friction=0.01,
-                   restitution=0.3)  # fmt: skip
-        w.add_body("box", spatial.Box(0.4, 0.1, 0.2), mass=2, position=(2.5, 0, 0.6),
-                   velocity=(-1, 0, 0), angular_velocity=(3, 5, 1), friction=0.5, linear_damping=0.3,
-                   angular_damping=0.2)  # fmt: skip
-    w["box"].apply_force((5.0,) + (1.0,) * (w.position.shape[1] - 1))
-    return w
+    return checked.tumbling(space, rule, dt=1 / 100, scheme="events")
 
 
 # --- sound runs ---

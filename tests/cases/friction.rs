@@ -2,11 +2,9 @@
 //! moment, so that nothing here depends on the step. Cases C15 and C18 stand in `tests/laws/events.rs`.
 
 use crate::events;
+use crate::harness::scenes::{Wedge, block_on_wedge};
 use crate::harness::*;
-use carom::{
-    BodySpec, Column, Mixing, Planar, PlanarShape, Rotation, Settings, Spatial, SpatialShape, World, vec2,
-    vec3,
-};
+use carom::{BodySpec, Column, Mixing, Rotation, Settings, Spatial, SpatialShape, World, vec3};
 use std::f64::consts::PI;
 
 in_plane_and_space!(
@@ -163,23 +161,6 @@ pub fn mixing_rules_decide_the_deceleration<S: Dimension>() {
     }
 }
 
-/// A wedge that falls towards `along`, its corner below the top at the origin.
-pub trait Wedge: Dimension {
-    /// The wedge of a length and a height \[m\].
-    fn wedge(length: f64, height: f64) -> Self::Shape;
-}
-impl Wedge for Planar {
-    fn wedge(length: f64, height: f64) -> PlanarShape {
-        PlanarShape::ConvexPolygon { points: vec![vec2(0.0, 0.0), vec2(length, 0.0), vec2(0.0, height)] }
-    }
-}
-impl Wedge for Spatial {
-    fn wedge(length: f64, height: f64) -> SpatialShape {
-        let side = |y: f64| [vec3(0.0, y, 0.0), vec3(length, y, 0.0), vec3(0.0, y, height)];
-        SpatialShape::ConvexHull { points: side(-0.5).into_iter().chain(side(0.5)).collect() }
-    }
-}
-
 /// Case C22: M = 3, m = 1, 30 degrees, no friction: A = 1.307032, N = 7.842193, a_rel = 6.036923.
 pub fn a_block_on_a_moving_wedge_presses_and_slides_by_the_closed_form<S: Wedge>() {
     let angle = PI / 6.0;
@@ -190,14 +171,7 @@ pub fn a_block_on_a_moving_wedge_presses_and_slides_by_the_closed_form<S: Wedge>
     for (got, wanted) in [(pull, 1.307_032), (press, 7.842_193), (relative, 6.036_923)] {
         close(got, wanted, 1e-6, "C22 closed form");
     }
-    let mut w = world::<S>(events(0.025));
-    add_floor(&mut w, 0.0, 0.0);
-    let wedge = BodySpec::heavy(S::wedge(2.0, 2.0 * angle.tan()), mass).with_origin_at(S::Vector::ZERO);
-    add(&mut w, "wedge", wedge.friction(0.0));
-    let place = S::at(0.6, 1.4 * angle.tan()) + S::at(s, c) * 0.05;
-    let spec =
-        BodySpec::heavy(S::block(0.2, 0.1), block).at(place).turned(leaning::<S>(-angle)).friction(0.0);
-    add(&mut w, "block", spec);
+    let mut w = block_on_wedge::<S>(events(0.025));
     let time = 0.25;
     settle(&mut w, time);
     let v = &w.bodies().motion.velocity;

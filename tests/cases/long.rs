@@ -4,8 +4,9 @@
 use crate::curved::bowl;
 use crate::events;
 use crate::free::off_unit_length;
+use crate::harness::scenes::tower_of_planks;
 use crate::harness::*;
-use crate::statics::{by_events, farthest, tower_of_planks};
+use crate::statics::{by_events, farthest};
 use crate::systems::momenta_stay;
 use carom::{BodySpec, Column, Planar, Settings, Spatial, World, World3, vec3};
 use carom_scenes::{simbenchmark, stacking};
@@ -65,14 +66,14 @@ fn a_house_of_cards_stands() {
 #[test]
 #[ignore = "long: 600 s of a tower of planks, in the plane"]
 fn a_tower_of_planks_stands_in_the_plane() {
-    stands("tower of planks, plane", tower_of_planks::<Planar>(1.0 / 60.0), 1e-9);
+    stands("tower of planks, plane", tower_of_planks::<Planar>(events(1.0 / 60.0)), 1e-9);
 }
 
 /// Case C30. Twin: `a_tower_of_planks_stands`.
 #[test]
 #[ignore = "long: 600 s of a tower of planks, in space"]
 fn a_tower_of_planks_stands_in_space() {
-    stands("tower of planks, space", tower_of_planks::<Spatial>(1.0 / 60.0), 1e-9);
+    stands("tower of planks, space", tower_of_planks::<Spatial>(events(1.0 / 60.0)), 1e-9);
 }
 
 /// Case C3, all of its million steps. Twin: `rotations_stay_of_unit_length`.

@@ -1,6 +1,7 @@
 //! What stands, and what it presses with: cases C24 to C30. What stands does so to rounding: nothing creeps.
 
 use crate::events;
+use crate::harness::scenes::{overhanging_bricks, tower_of_planks};
 use crate::harness::*;
 use carom::{
     BodySpec, Column, ImpulseChoice, MassProperties, Planar, PlanarShape, Settings, SolverKind, Spatial,
@@ -143,18 +144,7 @@ fn an_a_frame_of_cards_stands_iff_friction_exceeds_half_the_tangent() {
 /// Case C28: four bricks overhang 25/24 L: 0.99 of it stands, 1.01 falls.
 pub fn four_bricks_overhang_to_just_under_their_limit<S: Dimension>() {
     for (share, stands) in [(0.99, true), (1.01, false)] {
-        let mut w = world::<S>(events(0.01));
-        // the table's edge is at the origin
-        add(&mut w, "table", BodySpec::fixed(S::block(4.0, 1.0)).at(S::at(-2.0, -0.5)).friction(0.8));
-        let mut place = -0.5;
-        for k in 0..4 {
-            // from the bottom: the brick with 4 - k bricks on and above it reaches out by L/(2 (4 - k))
-            place += share * 0.5 / f64::from(4 - k);
-            let brick =
-                BodySpec::heavy(S::block(1.0, 0.25), 1.0).at(S::at(place, 0.125 + 0.25 * f64::from(k)));
-            add(&mut w, &format!("brick {k}"), brick.friction(0.8));
-        }
-        close(place + 0.5, share * 25.0 / 24.0, 1e-12, "C28 overhang [L]");
+        let mut w = overhanging_bricks::<S>(events(0.01), share);
         let start = height(&w, 4);
         settle(&mut w, 1.5);
         let sunk = start - height(&w, 4);
@@ -187,24 +177,6 @@ pub fn a_box_on_a_slope_tips_when_the_slope_exceeds_its_width_over_its_height<S:
     }
 }
 
-/// Three storeys, each of two uprights and a lintel.
-pub fn tower_of_planks<S: Dimension>(dt: f64) -> World<S> {
-    let mut w = world::<S>(events(dt));
-    add_floor(&mut w, 0.5, 0.0);
-    let mut top = 0.0;
-    for storey in 0..3 {
-        for (side, name) in [(-0.3, "left"), (0.3, "right")] {
-            let upright = BodySpec::dense(S::block(0.1, 0.6), 600.0).at(S::at(side, top + 0.3));
-            add(&mut w, &format!("{name} {storey}"), upright);
-        }
-        top += 0.6;
-        let lintel = BodySpec::dense(S::block(0.8, 0.1), 600.0).at(S::at(0.0, top + 0.05));
-        add(&mut w, &format!("lintel {storey}"), lintel);
-        top += 0.1;
-    }
-    w
-}
-
 /// The farthest that any body gets from where it began while a world runs for a time \[m\]; `tell` sees every step.
 pub fn farthest<S: Dimension>(w: &mut World<S>, time: f64, mut tell: impl FnMut(&World<S>, f64)) -> f64 {
     let start = w.bodies().motion.position.clone();
@@ -220,7 +192,7 @@ pub fn farthest<S: Dimension>(w: &mut World<S>, time: f64, mut tell: impl FnMut(
 
 /// Case C30, for ten seconds; for 600 s in `make laws`.
 pub fn a_tower_of_planks_stands<S: Dimension>() {
-    let mut w = tower_of_planks::<S>(1.0 / 60.0);
+    let mut w = tower_of_planks::<S>(events(1.0 / 60.0));
     at_most(farthest(&mut w, 10.0, |_, _| ()), 1e-10, "C30 largest displacement in 10 s [m]");
 }
 

@@ -1,5 +1,6 @@
 //! Many bodies: cases C31 to C33.
 
+use crate::harness::scenes::elastic_gas;
 use crate::harness::*;
 use crate::{events, without_weight};
 use carom::{BodySpec, Column, World};
@@ -88,19 +89,7 @@ pub fn bodies_that_collide_with_friction_keep_their_momenta<S: Dimension>() {
 
 /// Case C32: 216 elastic balls in a box, in space; 36 discs in the plane.
 pub fn an_elastic_gas_keeps_its_energy_and_never_overlaps<S: Dimension>() {
-    let mut w = world::<S>(without_weight(0.01));
-    for (axis, side) in (0..S::DIM).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
-        let normal = S::Vector::from_fn(|i| if i == axis { side } else { 0.0 });
-        let wall = BodySpec::fixed(S::wall(normal)).at(normal * -1.0).friction(0.0).restitution(1.0);
-        add(&mut w, &format!("wall {axis} {side}"), wall);
-    }
-    let mut dice = Dice(32);
-    for k in 0..6_usize.pow(S::DIM as u32) {
-        let place = S::Vector::from_fn(|i| -0.75 + 0.3 * ((k / 6_usize.pow(i as u32)) % 6) as f64);
-        let velocity = S::Vector::from_fn(|_| dice.between(-2.0, 2.0));
-        let ball = BodySpec::heavy(S::ball(0.1), 1.0).at(place).moving(velocity);
-        add(&mut w, &format!("ball {k}"), ball.friction(0.0).restitution(1.0));
-    }
+    let mut w = elastic_gas::<S>(without_weight(0.01));
     let energy = w.energy().total();
     let (mut deepest, mut arrivals) = (0.0_f64, 0);
     run(&mut w, 2.0, |_, r| {

@@ -4,6 +4,8 @@
 
 #![allow(dead_code)] // each test binary uses its own part
 
+pub mod scenes;
+
 use carom::geometry::MassProperties;
 use carom::{
     BodySpec, Column, Geometry, Inertia, Integrator, Ledger, Moment, Planar, PlanarShape, Rotation, Settings,

@@ -1,6 +1,7 @@
 //! Motion along what holds a body: cases C21 and C23, and towers that stand, C30. On straight contact the fixed
 //! step is exact, where the contact's arm or normal turns it has an order, which is measured (theory 6.5 and 6.6).
 
+use crate::harness::scenes::tower_of_planks;
 use crate::harness::*;
 use carom::{
     BodySpec, Column, MassProperties, Planar, PlanarShape, Rotation, Settings, SolverKind, Spatial,
@@ -128,27 +129,9 @@ pub fn a_tower_of_planks_stands_with_exact<S: Dimension>() {
 }
 
 fn tower_stands<S: Dimension>(solver: SolverKind) {
-    let mut w = world::<S>(Settings {
-        dt: 1.0 / 60.0,
-        iterations: 1000,
-        solver: Some(solver),
-        ..Settings::default()
-    });
-    add_floor(&mut w, 0.5, 0.0);
-    let mut top = 0.0;
-    for storey in 0..3 {
-        for (side, name) in [(-0.3, "left"), (0.3, "right")] {
-            let upright = BodySpec::dense(S::block(0.1, 0.6), 600.0).at(S::at(side, top + 0.3));
-            add(&mut w, &format!("{name} {storey}"), upright);
-        }
-        top += 0.6;
-        add(
-            &mut w,
-            &format!("lintel {storey}"),
-            BodySpec::dense(S::block(0.8, 0.1), 600.0).at(S::at(0.0, top + 0.05)),
-        );
-        top += 0.1;
-    }
+    let (dt, iterations) = (1.0 / 60.0, 1000);
+    let mut w =
+        tower_of_planks::<S>(Settings { dt, iterations, solver: Some(solver), ..Settings::default() });
     let start = w.bodies().motion.clone();
     let mut worst: f64 = 0.0;
     let time = if S::DIM == 2 { 600.0 } else { 60.0 };

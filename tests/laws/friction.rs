@@ -2,10 +2,11 @@
 //! on the end velocity); where slip ends inside a step of length h the position errs by at most a h^2/8, with a
 //! the deceleration: mean-velocity displacement h v/2 against the true v^2/(2 a), largest at v = a h/2.
 
+use crate::harness::scenes::{Wedge, block_on_wedge};
 use crate::harness::*;
 use carom::{
-    BodySpec, Column, FrictionLaw, Mixing, Planar, PlanarShape, Rotation, Settings, Space, Spatial,
-    SpatialShape, Turn, World, vec1, vec2, vec3,
+    BodySpec, Column, FrictionLaw, Mixing, Planar, Rotation, Settings, Space, Spatial, SpatialShape, Turn,
+    World, vec1, vec2, vec3,
 };
 use std::f64::consts::PI;
 
@@ -276,34 +277,10 @@ fn the_mixing_rule_of_the_settings_decides_the_deceleration() {
     }
 }
 
-/// A wedge that falls towards `along`, its corner below the top at the origin.
-pub trait Wedge: Dimension {
-    /// The wedge of a length and a height \[m\].
-    fn wedge(length: f64, height: f64) -> Self::Shape;
-}
-impl Wedge for Planar {
-    fn wedge(length: f64, height: f64) -> PlanarShape {
-        PlanarShape::ConvexPolygon { points: vec![vec2(0.0, 0.0), vec2(length, 0.0), vec2(0.0, height)] }
-    }
-}
-impl Wedge for Spatial {
-    fn wedge(length: f64, height: f64) -> SpatialShape {
-        let side = |y: f64| [vec3(0.0, y, 0.0), vec3(length, y, 0.0), vec3(0.0, y, height)];
-        SpatialShape::ConvexHull { points: side(-0.5).into_iter().chain(side(0.5)).collect() }
-    }
-}
-
 /// Case C22: M = 3, m = 1, 30 degrees, no friction: A = 1.307032, N = 7.842193, a_rel = 6.036923.
 pub fn a_wedge_moves_away_under_a_block<S: Wedge>() {
-    let angle = PI / 6.0;
-    let mut w = world::<S>(exact(1.0 / 240.0));
-    add_floor(&mut w, 0.0, 0.0);
-    let wedge =
-        BodySpec::heavy(S::wedge(2.0, 2.0 * angle.tan()), 3.0).with_origin_at(S::Vector::ZERO).friction(0.0);
-    let wedge = add(&mut w, "wedge", wedge);
-    let place = S::at(0.6, 1.4 * angle.tan()) + S::at(angle.sin(), angle.cos()) * 0.05;
-    let block = BodySpec::heavy(S::block(0.2, 0.1), 1.0).at(place).turned(leaning::<S>(-angle)).friction(0.0);
-    let block = add(&mut w, "block", block);
+    let mut w = block_on_wedge::<S>(exact(1.0 / 240.0));
+    let (wedge, block) = (1, 2);
     let time = 0.25;
     settle(&mut w, time);
     // constant accelerations; hull contacts see the slope to rounding

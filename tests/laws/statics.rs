@@ -1,6 +1,7 @@
 //! What stands, and what it presses with: cases C24 to C29. Forces are impulses over the step's length; their
 //! tolerance is the solver's 1e-12 m/s times mass over step, amplified by the structure's conditioning.
 
+use crate::harness::scenes::overhanging_bricks;
 use crate::harness::*;
 use carom::{
     BodySpec, Column, ImpulseChoice, MassProperties, Planar, PlanarShape, Settings, SolverKind, Space,
@@ -275,18 +276,8 @@ fn an_a_frame_of_cards_stands_iff_friction_exceeds_half_the_tangent() {
 /// Case C28: four bricks overhang 25/24 L: 0.99 of it stands, 1.01 falls.
 pub fn four_bricks_overhang_to_just_under_their_limit<S: Dimension>() {
     for ((share, stands), solver) in solvers([(0.99, true), (1.01, false)]) {
-        let mut w = world::<S>(Settings { solver: Some(solver), ..exact(1.0 / 120.0) });
-        // the table's edge is at the origin
-        add(&mut w, "table", BodySpec::fixed(S::block(4.0, 1.0)).at(S::at(-2.0, -0.5)).friction(0.8));
-        let mut place = -0.5;
-        for k in 0..4 {
-            // from the bottom: the brick with 4 - k bricks on and above it reaches out by L/(2 (4 - k))
-            place += share * 0.5 / f64::from(4 - k);
-            let brick =
-                BodySpec::heavy(S::block(1.0, 0.25), 1.0).at(S::at(place, 0.125 + 0.25 * f64::from(k)));
-            add(&mut w, &format!("brick{k}"), brick.friction(0.8));
-        }
-        close(place + 0.5, share * 25.0 / 24.0, 1e-12, "C28 overhang [L]");
+        let settings = Settings { solver: Some(solver), ..exact(1.0 / 120.0) };
+        let mut w = overhanging_bricks::<S>(settings, share);
         let start = height(&w, 4);
         settle(&mut w, 2.0);
         let sunk = start - height(&w, 4);

@@ -1,6 +1,7 @@
 //! Impacts of several bodies at once under each law: cases C10 to C13 and C32, items 20 to 23 (theory chapter 4).
 //! Outcomes are read as velocities after one weightless step, which the kick leaves alone.
 
+use crate::harness::scenes::elastic_gas;
 use crate::harness::*;
 use carom::solver::delassus::delassus;
 use carom::world::Phase;
@@ -221,21 +222,7 @@ pub fn an_elastic_gas_on_a_line_keeps_its_speeds<S: Dimension>() {
 /// Case C32: 216 elastic balls in a box, in space; 36 discs in the plane.
 pub fn an_elastic_gas_keeps_its_energy<S: Dimension>() {
     for law in ImpactLaw::ALL {
-        let mut w = world::<S>(Settings { impact: Some(law), ..weightless(2e-3) });
-        for axis in 0..S::DIM {
-            for side in [1.0, -1.0] {
-                let normal = S::Vector::from_fn(|i| if i == axis { side } else { 0.0 });
-                let wall = BodySpec::fixed(S::wall(normal)).at(normal * -1.0).friction(0.0).restitution(1.0);
-                add(&mut w, &format!("wall {axis} {side}"), wall);
-            }
-        }
-        let mut dice = Dice(32);
-        for k in 0..6_usize.pow(S::DIM as u32) {
-            let place = S::Vector::from_fn(|i| -0.75 + 0.3 * ((k / 6_usize.pow(i as u32)) % 6) as f64);
-            let velocity = S::Vector::from_fn(|_| dice.between(-2.0, 2.0));
-            let ball = BodySpec::heavy(S::ball(0.1), 1.0).at(place).moving(velocity);
-            add(&mut w, &format!("ball {k}"), ball.friction(0.0).restitution(1.0));
-        }
+        let mut w = elastic_gas::<S>(Settings { impact: Some(law), ..weightless(2e-3) });
         let energy = w.energy().total();
         let (mut deepest, mut impacts) = (0.0_f64, 0);
         run(&mut w, 2.0, |_, r| {
