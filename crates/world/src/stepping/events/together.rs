@@ -137,8 +137,8 @@ impl<S: Geometry> Saved<S> {
 
 /// Why a step ended early.
 pub enum Halt {
-    /// A body left its reach (its index in the world): the step must begin again with larger ones.
-    Outgrown(usize),
+    /// Bodies left their reaches (their indices in the world): the step must begin again with larger ones.
+    Outgrown(Vec<usize>),
     /// Impacts between two bodies (their indices in the world) gain energy \[J\], and the settings refuse that.
     Gains((usize, usize), f64),
     /// The step is refused.
