@@ -156,7 +156,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
                 way += d.turning_arm * turn;
             }
             if way > self.common.reaches[i] + self.common.limits.touching(d, d) {
-                outgrown.push(i);
+                outgrown.push((i, way));
             }
         }
         if outgrown.is_empty() { Ok(()) } else { Err(Halt::Outgrown(outgrown)) }

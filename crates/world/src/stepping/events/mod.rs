@@ -18,6 +18,7 @@ mod meeting;
 mod overlap;
 mod push;
 mod quiet;
+mod rounds;
 mod slipping;
 pub(crate) mod tape;
 mod timeline;
@@ -205,8 +206,7 @@ impl<S: Geometry> EventsScheme<S> {
                 Err(Halt::Outgrown(outgrown)) => outgrown,
             };
             bodies.motion.copy_from(&origin);
-            let growth = if attempt < AGAIN { 2.0 } else { f64::MAX };
-            self.candidates.grow(bodies, &mut reaches, &outgrown, growth);
+            self.candidates.grow(bodies, &mut reaches, &outgrown, attempt >= AGAIN);
         }
         unreachable!("a reach without bound is not outgrown")
     }
