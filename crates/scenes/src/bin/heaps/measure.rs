@@ -2,7 +2,7 @@
 //! measured at step ends from places and shapes alone.
 
 use crate::task::{Aim, Choice, Task};
-use carom::{Column, Events, Spatial, StepReport, Vec3, World3};
+use carom::{Column, Events, Spatial, StepError, StepReport, Vec3, World3};
 use carom_scenes::judge::{Judge, Overlap};
 use std::time::{Duration, Instant};
 
@@ -41,10 +41,12 @@ pub struct Measurement {
     pub steps: u64,
     /// Simulated time \[s\].
     pub time: f64,
-    /// Wall-clock time of the steps \[s\].
+    /// Wall-clock time of the steps \[s\], with that of a last one that was interrupted.
     pub seconds: f64,
     /// Processor time of the steps \[s\]; `None` where the system does not tell.
     pub cpu: Option<f64>,
+    /// Time of the longest step, on the processor where the system tells it \[s\].
+    pub longest: Worst<f64>,
     /// Largest gain of energy in a step, over the energy at the start \[1\].
     pub gain: Worst<f64>,
     /// Overlap at a step's end that is deepest over its bodies' size.
@@ -98,12 +100,16 @@ impl Measurement {
         let mut run = Run::new(task, choice, world);
         let steps = (choice.time / choice.dt).round() as u64;
         let (begun, mut told) = (Instant::now(), Instant::now());
+        let is_over = || limit.is_some_and(|limit| begun.elapsed() > limit);
         while run.found.end == End::UnderWay {
-            if let Err(why) = run.step() {
-                run.found.end = End::Failed(why);
+            if let Err(error) = run.step(&is_over) {
+                run.found.end = match error {
+                    StepError::Interrupted { .. } => End::Limit,
+                    other => End::Failed(other.to_string()),
+                };
             } else if run.found.steps >= steps || (task.aim() == Aim::Rest && run.found.rest.is_some()) {
                 run.found.end = End::Done;
-            } else if limit.is_some_and(|limit| begun.elapsed() > limit) {
+            } else if is_over() {
                 run.found.end = End::Limit;
             }
             if told.elapsed() > PATIENCE {
@@ -164,6 +170,7 @@ impl Run {
             time: 0.0,
             seconds: 0.0,
             cpu: processor_seconds().map(|_| 0.0),
+            longest: Worst::default(),
             gain: Worst { value: f64::NEG_INFINITY, step: 0 },
             overlap: Worst::default(),
             closure: 0.0,
@@ -188,14 +195,20 @@ impl Run {
         }
     }
 
-    fn step(&mut self) -> Result<(), String> {
+    /// Takes a step; long solves ask whether the time is over.
+    fn step(&mut self, is_over: &dyn Fn() -> bool) -> Result<(), StepError> {
         let (begun, cpu) = (Instant::now(), processor_seconds());
-        let report = self.world.step(self.found.choice.dt).map_err(|e| e.to_string())?;
-        self.found.seconds += begun.elapsed().as_secs_f64();
+        let taken = self.world.step_watched(self.found.choice.dt, &mut |_| !is_over());
+        let mut took = begun.elapsed().as_secs_f64();
+        self.found.seconds += took;
         if let (Some(sum), Some(before), Some(after)) = (&mut self.found.cpu, cpu, processor_seconds()) {
-            *sum += after - before;
+            took = after - before;
+            *sum += took;
         }
-        self.take(&report);
+        if took > self.found.longest.value {
+            self.found.longest = Worst { value: took, step: self.found.steps + 1 };
+        }
+        self.take(&taken?);
         self.look();
         Ok(())
     }

@@ -8,7 +8,7 @@ use std::path::Path;
 const FILE: &str = "heaps.csv";
 /// Columns of the file; the first five say what ran.
 const COLUMNS: &str = "task,bodies,dt,tolerance,plastic_arrivals,time,seconds,cpu_seconds,cpu_per_simulated_second,\
-steps,largest_gain,overlap_over_size,closure,projection,fallback,capped_steps,fallbacks,events,impacts,residual_max,\
+longest_step,steps,largest_gain,overlap_over_size,closure,projection,fallback,capped_steps,fallbacks,events,impacts,residual_max,\
 kinetic_end,fastest_end,rest_since,farthest,contacts_end,contacts_max,verdict";
 /// Columns that a run is known by.
 const KEY: usize = 5;
@@ -59,7 +59,7 @@ pub fn lines(m: &Measurement) -> String {
     let or_dash = |x: Option<f64>, digits: usize| x.map_or("-".into(), |x| format!("{x:.digits$}"));
     format!(
         "{}: {} bodies, dt {:.5} s, tolerance {:e}, plastic arrivals {}\n  \
-         {:.3} s simulated in {} steps; {:.1} s, {} s on the processor: {:.2} a simulated second\n  \
+         {:.3} s simulated in {} steps; {:.1} s, {} s on the processor: {:.2} a simulated second, {:.2} the longest step ({})\n  \
          largest gain {:.1e} E0 (step {}), closure {:.1e} E0, projection {:.1e} E0, fallback {:.1e} E0\n  \
          deepest overlap {:.1e} of the size, {:.1e} m (step {}, bodies {:?})\n  \
          {} capped steps, {} fallbacks, {} events, {} impacts, residual {:.1e} m/s\n  \
@@ -74,6 +74,8 @@ pub fn lines(m: &Measurement) -> String {
         m.seconds,
         or_dash(m.cpu, 1),
         m.cost(),
+        m.longest.value,
+        m.longest.step,
         m.gain.value,
         m.gain.step,
         m.closure,
@@ -111,6 +113,7 @@ fn row(m: &Measurement) -> String {
         format!("{:.2}", m.seconds),
         cell(m.cpu),
         format!("{:.3}", m.cost()),
+        format!("{:.3}", m.longest.value),
         m.steps.to_string(),
         exact(m.gain.value),
         exact(m.overlap.value.over_size),
