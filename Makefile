@@ -7,7 +7,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test laws check bench simbenchmark bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean
+.PHONY: help demo test laws check bench simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings and plots to out/"
@@ -16,6 +16,7 @@ help:
 	@echo "make check   formatting, lints as errors, types"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
+	@echo "make heaps   boxes and hulls in a bin, 1000 bodies poured, a Kapla tower for 600 s: energy, overlap, books, cost; long"
 	@echo "make bench-contact    contact solvers beside Siconos and Pinocchio on public problems, as ratios"
 	@echo "make docs    documentation of the Rust crates, and a check of the pages"
 
@@ -84,6 +85,14 @@ simbenchmark:
 	  $(if $(STEPS),--dt $(STEPS)) $(if $(TASKS),--tasks $(TASKS)) \
 	  $(if $(SCHEMES),--schemes $(SCHEMES))
 
+# an hour or more in all; HEAPS=bin,pour,kapla names some tasks, LIMIT the seconds that each may take, TIME the seconds to
+# simulate. Rows are written every few seconds: a run may be stopped at any time. It ends with 1 when a run misses a demand.
+HEAPS ?=
+TIME ?=
+heaps:
+	$(CARGO) run --quiet --release --locked --package carom-scenes --bin heaps -- --out crates/bench/results \
+	  $(if $(HEAPS),--tasks $(HEAPS)) $(if $(LIMIT),--limit $(LIMIT)) $(if $(TIME),--time $(TIME))
+
 # contact solvers on the problems of a folder, beside what can be installed here; CAROM_CONTACT_PROBLEMS names it
 CAROM_CONTACT_PROBLEMS ?= ../shared/contact_problems
 PROBLEMS ?= *
@@ -109,7 +118,7 @@ bench-contact: $(VENV)/tools $(CONTACT) $(if $(filter none,$(REFERENCES)),,bench
 
 # our own problems: mass ratios, arches, cards, tables by every solver; cost against size
 LARGEST ?= 100000
-LIMIT ?= 60
+bench-contact-own bench-contact-piles: LIMIT ?= 60
 bench-contact-own: $(CONTACT)
 	$(CONTACT) structures --out $(BENCH)/results $(if $(SOLVERS),--solvers $(SOLVERS))
 	$(CONTACT) scaling --out $(BENCH)/results --largest $(LARGEST) --limit $(LIMIT) $(if $(SOLVERS),--solvers $(SOLVERS))

@@ -2,7 +2,11 @@
 //! order in time, and as strict as the scheme at their moments with overlap, energy and books.
 
 use crate::harness::*;
-use carom::{BodySpec, EventSettings, PlasticArrivals, Scheme, Settings, Spatial, SpatialShape, World, vec3};
+use carom::{
+    BodySpec, Column, EventSettings, PlasticArrivals, Scheme, Settings, Spatial, SpatialShape, World, vec3,
+};
+use carom_scenes::judge::Judge;
+use carom_scenes::pouring;
 
 in_plane_and_space!(
     a_plastic_ball_lands_and_lies_where_the_floor_is,
@@ -130,4 +134,33 @@ fn a_heap_of_plastic_boxes_neither_overlaps_nor_gains() {
     at_most(gain / start, 1e-8, "gain in a step [1]");
     at_most(w.ledger().closure.abs() / start, 1e-12, "closure [1]");
     at_most(w.energy().kinetic(), 1e-6 * start, "nearly at rest [J]");
+}
+
+/// The short twin of `make heaps HEAPS=bin`, with its demands: boxes and hulls dropped into a bin come to rest. Overlap
+/// is measured at each step's end, from places and shapes alone.
+#[test]
+fn boxes_and_hulls_dropped_into_a_bin_come_to_rest() {
+    let mut w = pouring::bin(2, 3, 9).expect("builds");
+    let mut settings = within_the_step::<Spatial>(1.0 / 240.0);
+    settings.events.tolerance = 1e-8;
+    w.set_settings(settings).expect("possible");
+    let start = w.energy().total();
+    let (mut judge, mut before, mut gain, mut overlap) = (Judge::of(&w), start, 0.0_f64, 0.0_f64);
+    let mut slow_since = None;
+    run(&mut w, 2.5, |w, r| {
+        assert_eq!(r.events.capped, 0, "capped at {}", w.time());
+        gain = gain.max(r.energy.total() - before);
+        before = r.energy.total();
+        overlap = overlap.max(judge.worst_of(w).over_size);
+        let (bodies, motion) = (w.bodies(), &w.bodies().motion);
+        let slow = (0..bodies.len()).filter(|&i| bodies.is_dynamic(i)).all(|i| {
+            let turning = bodies.data[i].turning_arm * motion.angular_velocity[i].norm();
+            motion.velocity[i].norm() + turning <= 1e-4
+        });
+        slow_since = if slow { slow_since.or(Some(w.time())) } else { None };
+    });
+    at_most(gain / start, 1e-8, "gain in a step [1]");
+    at_most(overlap, 1e-6, "overlap over the size [1]");
+    at_most(w.ledger().closure.abs() / start, 1e-12, "closure [1]");
+    at_most(slow_since.unwrap_or(f64::INFINITY), 2.0, "at rest since, of 2.5 s [s]");
 }

@@ -80,7 +80,7 @@ impl Arguments {
                 _ => return Err(format!("unknown option {word}\n\n{HELP}")),
             }
         }
-        given.out = folder.map(|f| f.join(sanitized(&machine.unwrap_or_else(processor))));
+        given.out = folder.map(|f| carom_scenes::results::folder(&f, machine.as_deref()));
         Ok(given)
     }
     /// Steps of a scene.
@@ -93,19 +93,4 @@ impl Arguments {
 fn number(word: &str, value: &str) -> Result<usize, String> {
     let parsed = value.parse().ok().filter(|n| *n > 0);
     parsed.ok_or_else(|| format!("{word} needs a whole number > 0, got {value:?}"))
-}
-
-/// The processor's name and the number of cores.
-fn processor() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = text.lines().find_map(|l| l.strip_prefix("model name")).and_then(|l| l.split_once(':'));
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    format!("{} {cores} cores", model.map_or(std::env::consts::ARCH, |m| m.1.trim()))
-}
-
-/// Lower-case letters and digits, everything else as single hyphens.
-fn sanitized(label: &str) -> String {
-    let plain: String = label.to_lowercase().replace("(r)", "").replace("(tm)", "");
-    let words = plain.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());
-    words.collect::<Vec<_>>().join("-")
 }

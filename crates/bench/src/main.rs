@@ -4,7 +4,6 @@
 
 mod arguments;
 mod contender;
-mod judge;
 mod measure;
 mod ours;
 mod peer;

@@ -2,11 +2,11 @@
 
 use crate::arguments::Arguments;
 use crate::contender::Contender;
-use crate::judge::Judge;
 use crate::ours::Ours;
 use crate::peer::Peer;
 use crate::table::{Figures, Row};
 use carom::{BuildError, Geometry, SolverKind, World};
+use carom_scenes::judge::Judge;
 use std::time::Instant;
 
 /// The judge looks after every so many steps, and after the last one.

@@ -44,7 +44,7 @@ const fn spatial_scene(
 /// Thirty degrees \[rad\].
 const SLOPE: f64 = std::f64::consts::FRAC_PI_6;
 
-static SCENES: [SceneInfo; 37] = [
+static SCENES: [SceneInfo; 38] = [
     planar_scene(
         "billiard_break_planar",
         6.0,
@@ -100,6 +100,9 @@ static SCENES: [SceneInfo; 37] = [
         "a cue ball breaks a rack of fifteen balls on a table",
         striking::billiard_break_spatial,
     ),
+    spatial_scene("bin", 10.0, "fifty tilted boxes and two hundred hulls dropped into a bin", || {
+        pouring::bin(5, 50, 200)
+    }),
     spatial_scene(
         "bouncing_ball_spatial",
         5.0,

@@ -1,10 +1,10 @@
-//! Many bodies poured in space: a pile of mixed convex bodies in a box, rocks on a terrain.
+//! Many bodies poured in space: a pile of mixed convex bodies in a box, boxes and hulls in a bin, rocks on a terrain.
 
 use crate::chance::Chance;
 use crate::stage::settings;
 use carom::{BodySpec, BuildError, Settings, Spatial, SpatialShape, Turn, Vec3, World3, vec3};
 
-/// Distance of neighbours in the grid from which the pile falls \[m\].
+/// Distance of neighbours in the grid from which bodies fall into a container \[m\]; no body is longer.
 const PITCH: f64 = 0.46;
 
 /// `count` convex bodies of six kinds (boxes, balls, capsules, cylinders, hulls, rounded boxes) between .15 and .4 m
@@ -13,17 +13,45 @@ const PITCH: f64 = 0.46;
 /// # Errors
 /// None is known; those of building a world.
 pub fn pile(count: usize) -> Result<World3, BuildError> {
+    let side = (count as f64).cbrt().ceil() as usize;
+    pour(count, [side, side], 1, mixed_shape)
+}
+
+/// Tilted boxes and convex hulls of 14 random corners, mixed, of .15 to .25 m in length, dropped in layers
+/// of `side` by `side` into a bin .46 m wide for each. Friction .5, no bounce. Bodies: "floor", four walls, "body0" and so on.
+///
+/// # Errors
+/// None is known; those of building a world.
+pub fn bin(side: usize, boxes: usize, hulls: usize) -> Result<World3, BuildError> {
+    let count = boxes + hulls;
+    pour(count, [side, count.div_ceil(side * side)], 5, |k, chance| {
+        let size = [(); 3].map(|()| chance.between(0.15, 0.25));
+        // the boxes evenly among the hulls
+        if (k + 1) * boxes / count > k * boxes / count {
+            SpatialShape::Box { size }
+        } else {
+            rock(14, size, chance)
+        }
+    })
+}
+
+/// So many bodies above a container, turned at random, in `layers` square layers of `side` by `side`.
+fn pour(
+    count: usize,
+    [side, layers]: [usize; 2],
+    seed: u64,
+    shape: impl Fn(usize, &mut Chance) -> SpatialShape,
+) -> Result<World3, BuildError> {
     // spinning bodies overlap by the square of the angle they turn in a step: 1/120 s would cost 5 cm
     let mut world = World3::new(Settings { iterations: 40, ..settings::<Spatial>(1.0 / 240.0) })?;
-    let side = (count as f64).cbrt().ceil() as usize;
     let half = 0.5 * PITCH * side as f64;
-    add_container(&mut world, half, PITCH * side as f64)?;
-    let mut chance = Chance::new(1);
+    add_container(&mut world, half, PITCH * layers as f64)?;
+    let mut chance = Chance::new(seed);
     for k in 0..count {
         let (layer, place) = (k / (side * side), k % (side * side));
         let at = |i: usize| PITCH * (i as f64 + 0.5) - half;
         let position = vec3(at(place % side), at(place / side), PITCH * (layer as f64 + 0.5));
-        let spec = BodySpec::dense(mixed_shape(k, &mut chance), 1000.0).at(position);
+        let spec = BodySpec::dense(shape(k, &mut chance), 1000.0).at(position);
         world.add(&format!("body{k}"), spec.turned(chance.orientation()))?;
     }
     Ok(world)
@@ -43,7 +71,7 @@ fn add_container(world: &mut World3, half: f64, height: f64) -> Result<(), Build
     Ok(())
 }
 
-/// The k-th shape of the pile; its largest extent stays below the grid's pitch.
+/// The k-th shape of the pile.
 fn mixed_shape(k: usize, chance: &mut Chance) -> SpatialShape {
     let mut length = || chance.between(0.15, 0.25);
     match k % 6 {

@@ -7,7 +7,6 @@ mod file_run;
 mod generate;
 mod options;
 mod piles;
-mod results;
 mod scaling;
 mod solvers;
 mod stress_run;

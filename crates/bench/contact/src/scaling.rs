@@ -5,11 +5,11 @@
 use crate::clock::thread_seconds;
 use crate::options::Options;
 use crate::piles::settled;
-use crate::results::save;
 use crate::solvers;
 use carom::solver::{FrictionProblem, FrictionSettings, Impulses, SolveSettings, SolverKind};
 use carom::{ContactProblem, ShapeError, Spatial};
 use carom_scenes::contact_problems::{Variation, brick_wall, matrix_form, sphere_lattice};
+use carom_scenes::results::save;
 
 const COLUMNS: &str = "family,contacts,bodies,solver,form,what,seconds,microseconds_per_contact,solved,err_nat,\
                        err_scaled,factorisations,peak_memory_mb";

@@ -4,10 +4,10 @@
 use crate::clock::thread_seconds;
 use crate::families::small;
 use crate::options::Options;
-use crate::results::save;
 use crate::solvers;
 use carom::solver::{FrictionProblem, FrictionSettings};
 use carom_scenes::contact_problems::{read_flat, stress::AMPLITUDES, stress::FRICTION_FACTORS, stressed};
+use carom_scenes::results::save;
 use std::collections::BTreeMap;
 use std::path::Path;
 

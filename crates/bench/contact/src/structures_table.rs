@@ -3,10 +3,10 @@
 
 use crate::families::structures;
 use crate::options::Options;
-use crate::results::save;
 use crate::solvers;
 use crate::timing::{Rules, iterations, time};
 use carom::solver::FrictionSettings;
+use carom_scenes::results::save;
 
 const COLUMNS: &str =
     "problem,family,contacts,solver,solved,err_nat,err_scaled,cone,iterations,factorisations,seconds";

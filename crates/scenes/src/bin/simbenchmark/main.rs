@@ -35,9 +35,7 @@ fn main() -> ExitCode {
         }
         println!("{}", results::left_out(task, &given.steps_of(task)));
     }
-    if let Some(folder) = &given.out
-        && let Err(error) = results::save(folder, &all)
-    {
+    if let Err(error) = results::save(given.out.as_deref(), &all) {
         eprintln!("{error}");
         return ExitCode::from(2);
     }

@@ -128,35 +128,20 @@ fn csv(m: &Measurement) -> String {
     )
 }
 
-/// Writes FOLDER/MACHINE/simbenchmark.csv: our runs, and the published figures beside them.
+/// Writes FOLDER/MACHINE/simbenchmark.csv when there is a folder: our runs, and the published figures beside them.
 ///
 /// # Errors
 /// What the file system says.
-pub fn save(folder: &Path, all: &[Measurement]) -> Result<(), String> {
-    let mut lines = vec![COLUMNS.to_string()];
+pub fn save(folder: Option<&Path>, all: &[Measurement]) -> Result<(), String> {
+    let mut rows = Vec::new();
     for (k, m) in all.iter().enumerate() {
-        lines.push(csv(m));
+        rows.push(csv(m));
         if all.get(k + 1).is_none_or(|next| (next.task, next.choice.dt) != (m.task, m.choice.dt)) {
             let theirs = published::at(m.task, m.choice.dt).into_iter();
-            lines.extend(theirs.map(|(name, error)| {
+            rows.extend(theirs.map(|(name, error)| {
                 format!("{},{name},{:e},,,{error:.4e},,,,,,,,,,,,published", m.task.name(), m.choice.dt)
             }));
         }
     }
-    let folder = folder.join(machine());
-    let path = folder.join("simbenchmark.csv");
-    std::fs::create_dir_all(&folder)
-        .and_then(|()| std::fs::write(&path, lines.join("\n") + "\n"))
-        .map_err(|e| format!("{}: {e}", path.display()))
-}
-
-/// This machine's folder: the processor's name and the number of cores, as all benchmarks name it.
-fn machine() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = text.lines().find_map(|l| l.strip_prefix("model name")).and_then(|l| l.split_once(':'));
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let label = format!("{} {cores} cores", model.map_or(std::env::consts::ARCH, |m| m.1.trim()));
-    let plain = label.to_lowercase().replace("(r)", "").replace("(tm)", "");
-    let words = plain.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());
-    words.collect::<Vec<_>>().join("-")
+    carom_scenes::results::save(folder, "simbenchmark.csv", COLUMNS, &rows)
 }
