@@ -26,8 +26,15 @@ from carom.errors import BuildError, CaromError
 FRAME = 1 / 30
 #: Steps that are tried, from coarse to fine [s].
 STEPS = tuple(FRAME / n for n in (1, 2, 4, 8, 16, 32))
-#: Schemes and solvers that are tried, the one that makes the reference last.
-WAYS = (("fixed_step", "pgs"), ("fixed_step", "exact"), ("events", "exact"))
+#: Schemes, solvers and plastic arrivals (of events) that are tried, the one that makes the reference last.
+WAYS = (
+    ("fixed_step", "pgs", None),
+    ("fixed_step", "exact", None),
+    ("events", "exact", "within_the_step"),
+    ("events", "exact", "at_their_moment"),
+)
+#: Share of the seconds that each way may take.
+SHARES = (0.15, 0.2, 0.3, 0.35)
 #: Longest simulated time of a trial [s].
 LONGEST = 1.0
 
@@ -39,6 +46,7 @@ class Trial:
     Attributes
     ----------
     scheme, solver, dt : what it ran with; dt [s]
+    plastic_arrivals : "at_their_moment" or "within_the_step", of the scheme events; None of others
     time : simulated [s]
     cost : seconds of computing per simulated second [1]
     error : largest distance from the reference [m]; nan for a trial that did not reach the common end
@@ -60,6 +68,7 @@ class Trial:
     gain: float
     capped: int
     status: str
+    plastic_arrivals: str | None = None
 
 
 @dataclass(frozen=True)
@@ -69,6 +78,7 @@ class Advice:
     Attributes
     ----------
     scheme, solver, dt : the advice; dt [s]
+    plastic_arrivals : the same of the scheme events, "at_their_moment" or "within_the_step"; None of others
     cost : seconds of computing per simulated second that it took in the trial [1]
     error : its estimated error of position at the end of the trial [m]
     accuracy : what was asked for [m]
@@ -88,10 +98,14 @@ class Advice:
     uncertainty: float
     reason: str
     trials: tuple[Trial, ...]
+    plastic_arrivals: str | None = None
 
     def settings(self) -> dict[str, Any]:
         """The advice as settings of a world: `World(**advice.settings())`."""
-        return {"scheme": self.scheme, "solver": self.solver, "dt": self.dt}
+        settings: dict[str, Any] = {"scheme": self.scheme, "solver": self.solver, "dt": self.dt}
+        if self.plastic_arrivals is not None:
+            settings["events"] = {"plastic_arrivals": self.plastic_arrivals}
+        return settings
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for programs; what is not finite becomes None."""
@@ -107,34 +121,38 @@ class Advice:
 
     def __str__(self) -> str:
         """The advice, the reason, and the trials as a table."""
-        form = "{:<10}  {:<6}  {:>9}  {:>10}  {:>9}  {:>9}  {:>9}  {}"
+        form = "{:<10}  {:<6}  {:<15}  {:>9}  {:>10}  {:>9}  {:>9}  {:>9}  {}"
         head = form.format(
-            "scheme", "solver", "dt [s]", "cost [s/s]", "error [m]", "res [m/s]", "deep [m]", "status"
-        )
+            "scheme", "solver", "plastic arrive", "dt [s]", "cost [s/s]", "error [m]", "res [m/s]", "deep [m]",
+            "status",
+        )  # fmt: skip
         rows = [
             form.format(
-                t.scheme, t.solver, f"{t.dt:.3g}", f"{t.cost:.2g}", f"{t.error:.1e}", f"{t.residual:.1e}",
-                f"{t.deepest:.1e}", t.status,
+                t.scheme, t.solver, t.plastic_arrivals or "-", f"{t.dt:.3g}", f"{t.cost:.2g}",
+                f"{t.error:.1e}", f"{t.residual:.1e}", f"{t.deepest:.1e}", t.status,
             )
             for t in self.trials
         ]  # fmt: skip
-        first = f"scheme {self.scheme!r}, solver {self.solver!r}, dt {self.dt:.6g} s"
+        arrivals = f", plastic arrivals {self.plastic_arrivals!r}" if self.plastic_arrivals else ""
+        first = f"scheme {self.scheme!r}, solver {self.solver!r}{arrivals}, dt {self.dt:.6g} s"
         return "\n".join([f"{first}: {self.reason}", "", head, *rows])
 
 
 class _Run:
     """A trial in the making: its frames and its worst figures."""
 
-    def __init__(self, world: Any, scheme: str, solver: str, dt: float) -> None:
-        self.way = (scheme, solver, dt)
-        world.scheme, world.solver = scheme, solver
+    def __init__(self, world: Any, way: tuple[str, str, str | None], dt: float) -> None:
+        self.way, self.dt = way, dt
+        world.scheme, world.solver, arrivals = way
+        if arrivals is not None:
+            world.events = {**world.events, "plastic_arrivals": arrivals}
         self.world, self.frames = world, [np.array(world.position)]
         self.residual, self.deepest, self.gain, self.capped = 0.0, 0.0, 0.0, 0
         self.wall, self.simulated, self.status = 0.0, 0.0, "complete"
 
     def go(self, frames: int, seconds: float) -> None:
         """Runs so many frames, or for so many seconds of computing."""
-        dt = self.way[2]
+        dt = self.dt
         energy = largest = sum(self.world.energy.values())
         for _ in range(frames):
             for _ in range(round(FRAME / dt)):
@@ -161,14 +179,14 @@ class _Run:
 
     def trial(self, reference: _Run | None) -> Trial:
         """What it came to, beside the reference."""
-        scheme, solver, dt = self.way
+        scheme, solver, arrivals = self.way
         cost = self.wall / self.simulated if self.simulated else math.inf
         error = math.nan if reference is None else _apart(self.frames, reference.frames)
         if self.status != "complete":
             error = math.nan
         return Trial(
-            scheme, solver, dt, self.simulated, cost, error, self.residual, self.deepest, self.gain,
-            self.capped, self.status,
+            scheme, solver, self.dt, self.simulated, cost, error, self.residual, self.deepest, self.gain,
+            self.capped, self.status, arrivals,
         )  # fmt: skip
 
 
@@ -221,13 +239,12 @@ def _runs(
 ) -> list[_Run]:
     """All trials, the reference's scheme first; each way goes on to finer steps until its time is spent."""
     runs: list[_Run] = []
-    shares = dict(zip(WAYS, (0.2, 0.3, 0.5), strict=True))
-    for scheme, solver in reversed(WAYS):
-        left = seconds * shares[scheme, solver]
+    for way, share in reversed(tuple(zip(WAYS, SHARES, strict=True))):
+        left = seconds * share
         for dt in STEPS:
             if progress is not None:
-                progress(f"{scheme} with {solver}, dt {dt:.3g} s")
-            run = _Run(make(), scheme, solver, dt)
+                progress(f"{', '.join(name for name in way if name)}, dt {dt:.3g} s")
+            run = _Run(make(), way, dt)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # the table tells
                 run.go(frames, left)
@@ -246,8 +263,8 @@ def _chosen(runs: list[_Run], accuracy: float) -> Advice:
             f"advise: no trial came to its end: {runs[0].status}; give more seconds, or a shorter t",
             field="seconds", remedy="give more seconds, or a shorter t",
         )  # fmt: skip
-    of_events = [run for run in whole if run.way[0] == "events"]
-    same = of_events or [run for run in whole if run.way[:2] == whole[-1].way[:2]]
+    reference_way = next((way for way in reversed(WAYS) if any(run.way == way for run in whole)), WAYS[-1])
+    same = [run for run in whole if run.way == reference_way]
     reference = same[-1]
     uncertainty = _apart(same[-2].frames, reference.frames) if len(same) > 1 else math.nan
     trials = tuple(run.trial(reference) for run in runs)
@@ -281,5 +298,5 @@ def _advice(
 ) -> Advice:
     return Advice(
         best.scheme, best.solver, best.dt, best.cost, best.error, accuracy, is_reached, uncertainty, reason,
-        trials,
+        trials, best.plastic_arrivals,
     )  # fmt: skip

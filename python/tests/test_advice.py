@@ -26,6 +26,15 @@ def free() -> planar.World:
     return w
 
 
+def heap() -> planar.World:
+    """Boxes that drop on the floor and on each other, and stay there."""
+    w = planar.World()
+    w.add_static("floor", planar.HalfPlane(normal=(0, 1)))
+    for k in range(3):
+        w.add_body(f"box{k}", planar.Box((0.4, 0.2)), density=1000.0, position=(0.01 * k, 0.15 + 0.3 * k))
+    return w
+
+
 def test_where_bounces_must_be_in_time_events_are_advised_at_a_coarse_step() -> None:
     told = advise(bouncing, 1e-6, seconds=20)
     assert told.is_reached
@@ -47,6 +56,22 @@ def test_where_everything_is_exact_the_cheapest_is_advised() -> None:
     assert told.is_reached
     assert told.cost == min(trial.cost for trial in complete)
     assert "cheapest" in str(told)
+
+
+def test_arrivals_within_the_step_are_tried_beside_those_at_their_moment() -> None:
+    told = advise(heap, 1e-3, t=0.4, seconds=20)
+    of_events = {trial.plastic_arrivals for trial in told.trials if trial.scheme == "events"}
+    assert of_events == {"at_their_moment", "within_the_step"}
+    assert all(trial.plastic_arrivals is None for trial in told.trials if trial.scheme == "fixed_step")
+    within = [trial for trial in told.trials if trial.plastic_arrivals == "within_the_step"]
+    # they err by up to a step's way, and never by nothing
+    assert 0 < within[0].error < 5 * within[0].dt
+    assert "within_the_step" in str(told)
+    w = heap()
+    for name, value in told.settings().items():
+        setattr(w, name, value)
+    assert told.scheme != "events" or w.events["plastic_arrivals"] == told.plastic_arrivals
+    w.step()
 
 
 def test_an_accuracy_beyond_rounding_is_not_promised() -> None:
