@@ -123,8 +123,8 @@ class Advice:
         """The advice, the reason, and the trials as a table."""
         form = "{:<10}  {:<6}  {:<15}  {:>9}  {:>10}  {:>9}  {:>9}  {:>9}  {}"
         head = form.format(
-            "scheme", "solver", "plastic arrive", "dt [s]", "cost [s/s]", "error [m]", "res [m/s]", "deep [m]",
-            "status",
+            "scheme", "solver", "plastic arrive", "dt [s]", "cost [s/s]", "error [m]", "res [m/s]",
+            "deep [m]", "status",
         )  # fmt: skip
         rows = [
             form.format(
