@@ -38,6 +38,14 @@ impl<S: Geometry> Default for Ahead<S> {
     }
 }
 
+/// What the first rounds of a flow came to that was not taken.
+pub struct Overtaken<S: Geometry> {
+    /// Contacts that come in unseen, as they were where the flow began.
+    pub coming: Vec<Touch<S>>,
+    /// What the rounds so far say.
+    pub guess: Guess<S>,
+}
+
 /// The impulse that slows contacts to these normal velocities \[m/s\].
 fn slowing<'a, S: Geometry>(
     touches: &'a [Touch<S>],
@@ -99,32 +107,29 @@ impl<S: Geometry> Together<'_, S> {
     }
 
     /// Moves the set by a flow (length \[s\], contacts, friction), unless its first rounds show contacts that come in
-    /// unseen: these then, and what the rounds so far say.
+    /// unseen.
     pub fn flow_unless_overtaken(
         &mut self,
         start: &Saved<S>,
         (time, active, stick): (f64, &Active<S>, Stick),
         guess: Option<Guess<S>>,
         tools: &mut Tools<S>,
-    ) -> Result<(Vec<Touch<S>>, Option<Guess<S>>), Halt> {
+    ) -> Result<Option<Overtaken<S>>, Halt> {
         let mut rounds = self.begin_rounds(time, active, stick, guess);
         for _ in 0..LOOK {
             if self.round(&mut rounds, usize::MAX, tools)? {
-                self.end_rounds(rounds)?;
-                return Ok((Vec::new(), None));
+                return self.end_rounds(rounds).map(|()| None);
             }
         }
         let middle = self.bodies.motion.clone();
         self.bring_to_end(&rounds.start.position, &rounds.before, &rounds.after, time);
         let coming = self.overtaken(start, active, time);
-        if coming.is_empty() {
-            self.bodies.motion.copy_from(&middle);
-            self.take_rounds(&mut rounds, tools)?;
-            self.end_rounds(rounds)?;
-            return Ok((coming, None));
+        if !coming.is_empty() {
+            return Ok(Some(Overtaken { coming, guess: rounds.guess() }));
         }
-        let guess = rounds.guess();
-        Ok((coming, Some(guess)))
+        self.bodies.motion.copy_from(&middle);
+        self.take_rounds(&mut rounds, tools)?;
+        self.end_rounds(rounds).map(|()| None)
     }
 
     /// Plastic contacts that did not act in a flow and overlap at its end, as they were where it began: features of

@@ -1,6 +1,7 @@
 //! Who takes part: which of the contacts that touch strike, and which persist through the next flow. A contact
 //! persists by its velocity, or because it pressed before: the sign of rounding decides nothing.
 
+use super::aim::Aiming;
 use super::together::{Halt, Together, Tools};
 use crate::impact::{Thresholds, Watched};
 use crate::joint::add_all;
@@ -107,7 +108,8 @@ impl<S: Geometry> Together<'_, S> {
         tools.impacts.accounts = Accounts::new(self.bodies.len(), self.accounts.are_kept());
         let mut settings = self.settings.clone();
         settings.tolerance = limits.tolerance;
-        let mut watched = Watched { solver: &mut *tools.solver, watch: &mut *tools.watch };
+        let mut aiming = Aiming { solver: &mut *tools.solver, enough: self.settings.tolerance };
+        let mut watched = Watched { solver: &mut aiming, watch: &mut *tools.watch };
         let report = tools.impacts.resolve(
             &mut self.bodies,
             struck,

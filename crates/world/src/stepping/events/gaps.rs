@@ -42,7 +42,7 @@ impl<S: Geometry> Together<'_, S> {
         gaps
     }
 
-    /// Corrects the targets of a flow so that gaps at its end are what they shall be; true when they are.
+    /// Corrects the targets of a flow so that gaps at its end are what they shall be; the largest error corrected \[m\].
     pub fn keep_gaps(
         &self,
         problem: &ContactProblem<S>,
@@ -50,8 +50,8 @@ impl<S: Geometry> Together<'_, S> {
         (active, closing, gaps): (&[Touch<S>], &[f64], &[Option<f64>]),
         time: f64,
         targets: &mut [f64],
-    ) -> bool {
-        let mut kept = true;
+    ) -> f64 {
+        let mut largest = 0.0_f64;
         for (k, contact) in problem.contacts.iter().enumerate() {
             let Some(gap) = gaps[k].filter(|_| closing[k] > 0.0) else { continue };
             let wanted = (active[k].gap - closing[k] * time).max(-self.limits.arrived);
@@ -61,9 +61,9 @@ impl<S: Geometry> Together<'_, S> {
             if off < -self.limits.arrived || (held && off > self.limits.arrived) {
                 // never apart: a row that closes takes energy, and what it leaves is projected
                 targets[k] = (sum - 2.0 * off / time).min(0.0);
-                kept = false;
+                largest = largest.max(off.abs());
             }
         }
-        kept
+        largest
     }
 }

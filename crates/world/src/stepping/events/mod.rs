@@ -5,6 +5,7 @@
 //! begins to slip, for nothing jumps there.
 
 mod ahead;
+mod aim;
 mod arrival;
 mod candidates;
 mod contacts;

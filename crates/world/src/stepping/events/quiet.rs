@@ -101,9 +101,9 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
                 at.flow(dt, &active, stick, &mut self.tools)?;
                 break;
             }
-            (coming, guess) =
-                at.flow_unless_overtaken(&start, (dt, &active, stick), guess, &mut self.tools)?;
-            if !coming.is_empty() {
+            let asked = (dt, &active, stick);
+            if let Some(found) = at.flow_unless_overtaken(&start, asked, guess.take(), &mut self.tools)? {
+                (coming, guess) = (found.coming, Some(found.guess));
                 at.restore(&start);
                 continue;
             }

@@ -51,7 +51,8 @@ pub struct Rounds<'a, S: Geometry> {
     /// True where there are joints.
     pub jointed: bool,
     corners: bool,
-    kept: bool,
+    /// Largest error of a gap at the end that had to be corrected \[m\].
+    off: f64,
     /// How much the last change of places was over what may be \[1\].
     change: f64,
     /// Residual that the last round was solved to \[m/s\].
@@ -119,7 +120,7 @@ impl<S: Geometry> Together<'_, S> {
             held: Held::new(&self.bodies.joints),
             jointed: !self.bodies.joints.is_empty(),
             corners: closing.iter().any(|c| *c > 0.0) && self.turns_on_corners(touches),
-            kept: true,
+            off: 0.0,
             change: f64::INFINITY,
             tolerance: f64::INFINITY,
             warm,
@@ -163,7 +164,7 @@ impl<S: Geometry> Together<'_, S> {
         };
         rounds.touches = at_mean;
         let as_asked = rounds.tolerance <= self.limits.tolerance;
-        if !first && as_asked && rounds.kept && joints_settled && rounds.change <= 1.0 {
+        if !first && as_asked && rounds.off == 0.0 && joints_settled && rounds.change <= 1.0 {
             return Ok(true); // the same arms, at the places that came out
         }
         let is_last = rounds.taken + 1 == most;
@@ -191,12 +192,13 @@ impl<S: Geometry> Together<'_, S> {
         }
     }
 
-    /// How well a round need be solved \[m/s\]: joints and gaps follow from its velocities, so that theirs must be good.
+    /// How well a round need be solved \[m/s\]: joints follow from its velocities, so that theirs must be good.
     fn tolerance_of(&self, rounds: &Rounds<S>) -> f64 {
-        if rounds.jointed || rounds.corners {
+        if rounds.jointed {
             return 0.0;
         }
-        SHARE * rounds.change.min(1.0 / SAME_NORMAL) * SAME_NORMAL * self.limits.fastest
+        let turned = rounds.change.min(1.0 / SAME_NORMAL) * SAME_NORMAL * self.limits.fastest;
+        SHARE * turned.max(rounds.off / rounds.time)
     }
 
     /// Assembles and solves a round.
@@ -237,7 +239,7 @@ impl<S: Geometry> Together<'_, S> {
         self.bodies.motion.copy_from(&mean);
         let (problem, asked) =
             (&rounds.last.problem, (touches.as_slice(), closing.as_slice(), gaps.as_slice()));
-        rounds.kept = self.keep_gaps(problem, (before, after), asked, rounds.time, &mut rounds.targets);
+        rounds.off = self.keep_gaps(problem, (before, after), asked, rounds.time, &mut rounds.targets);
     }
 
     /// The active contacts where the bodies are now, found again by name; those that are gone are carried along.

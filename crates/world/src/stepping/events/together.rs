@@ -1,6 +1,7 @@
 //! Bodies that are dealt with together at a moment: what they touch, who presses, and what is booked. The stages of the
 //! scheme in the other files work on this. Indices are the set's own.
 
+use super::aim::Aiming;
 use super::arrival::Arrivals;
 use super::flow::Stick;
 use super::limits::Limits;
@@ -261,7 +262,14 @@ impl<S: Geometry> Together<'_, S> {
         tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
         let solve = SolveSettings { tolerance, ..self.settings.solve() };
-        let outcome = tools.solver.solve_watched(problem, &solve, impulses, tools.watch);
+        let is_last = tolerance <= self.limits.tolerance;
+        let enough = if is_last { self.settings.tolerance } else { f64::INFINITY };
+        let outcome = Aiming { solver: &mut *tools.solver, enough }.solve_watched(
+            problem,
+            &solve,
+            impulses,
+            tools.watch,
+        );
         let worst = assembly::bodies_of(problem, outcome.residual.worst);
         let worst = worst.map(|(a, b)| (self.members[a], self.members[b]));
         self.keep(0, SolveReport::new(outcome, problem.contacts.len(), worst), "contact")
