@@ -66,7 +66,10 @@ impl<S: Kernel> Collider<S> {
     pub fn bounds(&self, pose: &Pose<S>, margin: f64) -> Aabb<S> {
         let tight = match &*self.form {
             Form::HalfSpace(normal) => half_space_bounds(pose.rotation.rotate(*normal), pose.position),
-            Form::Convex(core, radius) => reach_box(pose, |d| S::support(core, d).0).grown(*radius),
+            Form::Convex(core, radius) => match S::only_point(core) {
+                Some(point) => Aabb::of_point(pose.to_world(point)).grown(*radius),
+                None => reach_box(pose, |d| S::support(core, d).0).grown(*radius),
+            },
             Form::Surface(surface) => surface_bounds(surface, pose),
             Form::Compound(all) => {
                 let mut boxes = all.parts.iter().map(|(p, c)| c.bounds(&pose.compose(p), 0.0));

@@ -81,6 +81,8 @@ pub trait Kernel: Space {
     fn facet(corners: &[Self::Vector]) -> Self::Core;
     /// The core of a single point.
     fn dot(point: Self::Vector) -> Self::Core;
+    /// The point that the whole core is, if it is one.
+    fn only_point(core: &Self::Core) -> Option<Self::Vector>;
     /// Unit normal of a facet (right of the segment | counter-clockwise side of the triangle).
     fn facet_normal(corners: &[Self::Vector]) -> Self::Vector;
     /// Unit vector in a facet's plane that points out across its k-th seam (corner k | edge k, k+1).

@@ -1,6 +1,7 @@
 //! Shapes of the plane and of space, their mass properties, broad phase and contact manifolds.
 //! Stands on a geometry library that nothing outside this crate names; knows no bodies and no solver.
 
+mod balls;
 pub mod broad_phase;
 mod check;
 mod clip;

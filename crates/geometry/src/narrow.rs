@@ -2,6 +2,7 @@
 //! facets are asked what their seams allow, patches with one normal keep a few points. One text for both spaces;
 //! stateless. Knows no bodies.
 
+use crate::balls::{Ball, ball_on_wall, two_balls};
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::geometry::ContactPoint;
 use crate::kernel::{Kernel, Label, NONE, Separation, Touch, mix, scale};
@@ -41,6 +42,10 @@ pub(crate) fn contacts<S: Kernel>(
     margin: f64,
     out: &mut Vec<ContactPoint<S>>,
 ) {
+    if let Some(known) = of_balls((a, pose_a), (b, pose_b), margin) {
+        out.extend(known);
+        return;
+    }
     let first = out.len();
     let mut found = Found { margin, touches: Vec::with_capacity(8), out, smallest: f64::INFINITY };
     let simple = |c: &Collider<S>| matches!(*c.form, Form::Convex(..) | Form::HalfSpace(_));
@@ -64,6 +69,30 @@ pub(crate) fn contacts<S: Kernel>(
         thin_out(found.out, first, ONE_POINT * smallest);
     }
     make_unique(&mut out[first..]);
+}
+
+/// What balls have with balls and walls; nothing where other shapes take part.
+fn of_balls<S: Kernel>(
+    (a, pose_a): (&Collider<S>, &Pose<S>),
+    (b, pose_b): (&Collider<S>, &Pose<S>),
+    margin: f64,
+) -> Option<Option<ContactPoint<S>>> {
+    let wall = |normal: S::Vector, pose: &Pose<S>| (pose.rotation.rotate(normal), pose.position);
+    match (&*a.form, &*b.form) {
+        (Form::Convex(core_a, radius_a), Form::Convex(core_b, radius_b)) => {
+            let one = Ball::of(core_a, *radius_a, pose_a)?;
+            two_balls(&one, &Ball::of(core_b, *radius_b, pose_b)?, margin)
+        }
+        (Form::Convex(core, radius), Form::HalfSpace(normal)) => {
+            let ball = Ball::of(core, *radius, pose_a)?;
+            Some(ball_on_wall(&ball, wall(*normal, pose_b), false, margin))
+        }
+        (Form::HalfSpace(normal), Form::Convex(core, radius)) => {
+            let ball = Ball::of(core, *radius, pose_b)?;
+            Some(ball_on_wall(&ball, wall(*normal, pose_a), true, margin))
+        }
+        _ => None,
+    }
 }
 
 impl<S: Kernel> Found<'_, S> {

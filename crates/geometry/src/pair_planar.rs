@@ -20,6 +20,9 @@ impl Kernel for Planar {
     fn dot(point: Vec2) -> PlanarCore {
         PlanarCore::Point([point])
     }
+    fn only_point(core: &PlanarCore) -> Option<Vec2> {
+        if let PlanarCore::Point([p]) = core { Some(*p) } else { None }
+    }
     fn facet_normal(corners: &[Vec2]) -> Vec2 {
         edge_normal(corners[0], corners[1])
     }

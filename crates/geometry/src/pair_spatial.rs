@@ -27,6 +27,9 @@ impl Kernel for Spatial {
     fn dot(point: Vec3) -> SpatialCore {
         SpatialCore::Point([point])
     }
+    fn only_point(core: &SpatialCore) -> Option<Vec3> {
+        if let SpatialCore::Point([p]) = core { Some(*p) } else { None }
+    }
     fn facet_normal(corners: &[Vec3]) -> Vec3 {
         triangle_normal(corners)
     }

@@ -136,6 +136,10 @@ impl<S: Space> Aabb<S> {
             max: S::Vector::from_fn(|i| self.max[i].max(other.max[i])),
         }
     }
+    /// The box that holds one point \[m\].
+    pub fn of_point(point: S::Vector) -> Self {
+        Aabb { min: point, max: point }
+    }
     /// The box grown by `margin` \[m\] on every side.
     pub fn grown(&self, margin: f64) -> Self {
         let by = S::Vector::from_fn(|_| margin);

@@ -104,6 +104,9 @@ pub fn touches_of<S: Geometry>(
     points: &[ContactPoint<S>],
     out: &mut Vec<Touch<S>>,
 ) {
+    if points.is_empty() {
+        return;
+    }
     let data = &bodies.data;
     let pair = bodies.materials.between(data[a].material, data[b].material);
     let mixed = settings.friction_mixing.mix(data[a].friction, data[b].friction);

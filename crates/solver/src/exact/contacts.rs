@@ -8,6 +8,7 @@ use super::mass_roots::MassRoots;
 use super::memory::Memory;
 use super::mixed::{is_mixed, solve_mixed};
 use super::operator::Operator;
+use super::single::single;
 use super::{Goal, feasibility_of, solve_blocks};
 use crate::cone::project;
 use crate::friction_problem::project_on_cone;
@@ -66,6 +67,9 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
             self.keep_better(problem, &mut outcome, impulses);
             return outcome;
         }
+        if let Some(outcome) = self.at_once(problem, settings, impulses) {
+            return outcome;
+        }
         let smooth = problem.contacts.iter().all(|c| c.friction == 0.0);
         let asked = (problem, settings);
         match (smooth, S::SLIP) {
@@ -92,6 +96,24 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
 }
 
 impl<S: Space> ExactContacts<S> {
+    /// A single contact's solution, where it is good enough.
+    fn at_once(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+    ) -> Option<Outcome> {
+        let [contact] = self.prepared.contacts.as_slice() else { return None };
+        impulses.contacts[0] = single(contact, &problem.velocities, &self.given.contacts[0])?;
+        let (spent, given) = ((1, settings.tolerance), &self.given);
+        let outcome = judged_in(problem, &self.prepared, spent, (given, impulses), &mut self.after);
+        if outcome.stop == Stop::Converged {
+            return Some(outcome);
+        }
+        impulses.copy_from(&self.given);
+        None
+    }
+
     fn in_dimension<const D: usize>(
         &mut self,
         (problem, settings): (&ContactProblem<S>, &SolveSettings),

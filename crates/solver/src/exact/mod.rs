@@ -35,6 +35,7 @@ mod proximal;
 mod root;
 pub(crate) mod row;
 mod scaled;
+mod single;
 mod stage;
 mod step;
 pub(crate) mod sweeps;

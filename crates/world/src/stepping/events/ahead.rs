@@ -5,12 +5,15 @@
 //! and never give. What is given up is the moment: a body is slowed up to a flow's length too early.
 
 use super::contacts::Active;
+use super::flow::Stick;
 use super::push::Push;
+use super::rounds::Guess;
 use super::timeline::OVER;
 use super::together::{Halt, Saved, Together, Tools};
 use crate::narrow_phase::{Touch, normal_velocity};
 use crate::observe::accounts::Cause;
 use crate::settings::PlasticArrivals;
+use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::Twist;
@@ -18,6 +21,8 @@ use std::collections::BTreeSet;
 
 /// Rounds of looking for contacts that come in once others are slowed.
 const ROUNDS: usize = 8;
+/// Rounds of a flow after which one looks for contacts that come in: places are known to a thousandth of the way then.
+const LOOK: usize = 2;
 /// How much nearer than freely bodies may come over |g| tau^2, where contacts hold one and not the other \[1\].
 const HELD: f64 = 1.0;
 
@@ -31,6 +36,15 @@ impl<S: Geometry> Default for Ahead<S> {
     fn default() -> Self {
         Ahead { touches: Vec::new(), names: BTreeSet::new() }
     }
+}
+
+/// The impulse that slows contacts to these normal velocities \[m/s\].
+fn slowing<'a, S: Geometry>(
+    touches: &'a [Touch<S>],
+    targets: &'a [f64],
+    velocities: &'a [Twist<S>],
+) -> Push<'a, S> {
+    Push { touches, targets, velocities, time: 0.0, cause: Cause::Impact }
 }
 
 /// Normal velocity of a contact for given velocities of all bodies.
@@ -55,23 +69,62 @@ impl<S: Geometry> Together<'_, S> {
         let holding = self.persisting(touches).names;
         near.retain(|t| holding.binary_search(&t.id).is_err());
         let mut ahead = Ahead::default();
+        let before = self.twists();
+        let mut after = before.clone();
+        let mut forces = WarmStart::default();
+        let mut pushed = false;
         for _ in 0..ROUNDS {
-            let before = self.twists();
-            self.coming(&near, &before, rest, &mut ahead);
+            let known = ahead.touches.len();
+            self.coming(&near, &after, rest, &mut ahead);
             let too_fast = |t: &Touch<S>| {
                 let now = velocity_at(t, &self.bodies.motion.position, &before);
                 now < -t.gap.max(0.0) / rest - self.limits.still_speed
             };
-            if !ahead.touches.iter().any(too_fast) {
+            if ahead.touches.len() == known || !ahead.touches.iter().any(too_fast) {
                 break;
             }
+            // who comes in once these are slowed; the push itself is one, of all of them
+            pushed = true;
             let (slowed, targets) = self.to_slow(touches, &ahead, rest);
-            let (touches, targets, cause) = (slowed.as_slice(), targets.as_slice(), Cause::Impact);
-            let push = Push { touches, targets, velocities: &before, time: 0.0, cause };
-            self.push(&push, before.clone(), tools)?;
+            let push = slowing(&slowed, &targets, &before);
+            after = self.try_push(&push, &mut forces, tools)?;
+        }
+        if pushed {
+            let (slowed, targets) = self.to_slow(touches, &ahead, rest);
+            let push = slowing(&slowed, &targets, &before);
+            self.push(&push, before.clone(), &forces, tools)?;
             self.events.impacts += 1;
         }
         Ok(ahead.touches)
+    }
+
+    /// Moves the set by a flow (length \[s\], contacts, friction), unless its first rounds show contacts that come in
+    /// unseen: these then, and what the rounds so far say.
+    pub fn flow_unless_overtaken(
+        &mut self,
+        start: &Saved<S>,
+        (time, active, stick): (f64, &Active<S>, Stick),
+        guess: Option<Guess<S>>,
+        tools: &mut Tools<S>,
+    ) -> Result<(Vec<Touch<S>>, Option<Guess<S>>), Halt> {
+        let mut rounds = self.begin_rounds(time, active, stick, guess);
+        for _ in 0..LOOK {
+            if self.round(&mut rounds, usize::MAX, tools)? {
+                self.end_rounds(rounds)?;
+                return Ok((Vec::new(), None));
+            }
+        }
+        let middle = self.bodies.motion.clone();
+        self.bring_to_end(&rounds.start.position, &rounds.before, &rounds.after, time);
+        let coming = self.overtaken(start, active, time);
+        if coming.is_empty() {
+            self.bodies.motion.copy_from(&middle);
+            self.take_rounds(&mut rounds, tools)?;
+            self.end_rounds(rounds)?;
+            return Ok((coming, None));
+        }
+        let guess = rounds.guess();
+        Ok((coming, Some(guess)))
     }
 
     /// Plastic contacts that did not act in a flow and overlap at its end, as they were where it began: features of

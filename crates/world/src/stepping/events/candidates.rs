@@ -12,6 +12,11 @@ use carom_math::Column;
 /// Margin of a first guess of a reach over the way at the present velocity and acceleration \[1\].
 const MARGIN: f64 = 1.25;
 
+/// The reach of a body that outgrew its own over the way that it came \[1\].
+const GROWTH: f64 = 2.0;
+/// A neighbour's reach over a body's own up to which the body keeps its own \[1\].
+const LITTLE: f64 = 1.1;
+
 /// Pairs of bodies that may meet; holds memory, nothing that changes an answer.
 #[derive(Default)]
 pub struct Candidates<S: Geometry> {
@@ -93,6 +98,32 @@ impl<S: Geometry> Candidates<S> {
             for i in [a, b] {
                 self.of[next[i]] = k;
                 next[i] += 1;
+            }
+        }
+    }
+
+    /// What meets a body may make it as fast as itself: each reach becomes that of the farthest-reaching body which it
+    /// may meet. True where that is more than a little.
+    pub fn share(&self, bodies: &Bodies<S>, reaches: &mut [f64]) -> bool {
+        let own = reaches.to_vec();
+        for &(a, b) in &self.pairs {
+            for (i, j) in [(a, b), (b, a)] {
+                if bodies.is_dynamic(i) && own[j] > LITTLE * reaches[i] {
+                    reaches[i] = own[j];
+                }
+            }
+        }
+        own != reaches
+    }
+
+    /// Larger reaches for bodies that outgrew theirs by coming so far \[m\], and for those near them: what made one fast
+    /// may make its neighbours so. In the end they are without bound.
+    pub fn grow(&self, bodies: &Bodies<S>, reaches: &mut [f64], outgrown: &[(usize, f64)], at_last: bool) {
+        for &(i, way) in outgrown {
+            let grown = if at_last { f64::MAX } else { GROWTH * way };
+            let near = self.of_body(i).iter().flat_map(|&p| [self.pairs[p].0, self.pairs[p].1]);
+            for j in near.chain([i]).filter(|&j| bodies.is_dynamic(j)) {
+                reaches[j] = reaches[j].max(grown);
             }
         }
     }

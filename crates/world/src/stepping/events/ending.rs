@@ -141,9 +141,10 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         }
     }
 
-    /// Refuses to go on when a body has left its reach.
+    /// Refuses to go on when bodies have left their reaches.
     pub fn check_reach(&self, at: &Together<S>) -> Result<(), Halt> {
         let (m, origin) = (&at.bodies.motion, &self.common.origin);
+        let mut outgrown = Vec::new();
         for (k, &i) in at.members.iter().enumerate() {
             let d = &self.bodies.data[i];
             if d.collider.is_none() || !self.bodies.is_dynamic(i) {
@@ -155,9 +156,9 @@ impl<S: Geometry> Timeline<'_, '_, S> {
                 way += d.turning_arm * turn;
             }
             if way > self.common.reaches[i] + self.common.limits.touching(d, d) {
-                return Err(Halt::Outgrown(i));
+                outgrown.push((i, way));
             }
         }
-        Ok(())
+        if outgrown.is_empty() { Ok(()) } else { Err(Halt::Outgrown(outgrown)) }
     }
 }

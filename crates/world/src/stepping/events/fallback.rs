@@ -6,6 +6,7 @@ use super::push::Push;
 use super::together::{Halt, Together, Tools};
 use crate::narrow_phase::Touch;
 use crate::observe::accounts::Cause;
+use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::Twist;
@@ -18,7 +19,8 @@ impl<S: Geometry> Together<'_, S> {
         let closing: Vec<f64> = touches.iter().map(|t| -t.gap.max(0.0) / time).collect();
         let (touches, cause) = (touches.as_slice(), Cause::Fallback);
         let push = Push { touches, targets: &closing, velocities: &before, time: 0.0, cause };
-        self.push(&push, before.clone(), tools)?;
+        let none = WarmStart::default();
+        self.push(&push, before.clone(), &none, tools)?;
         let start = self.bodies.motion.clone();
         let before = self.twists();
         let free = self.loaded(&before, time);
@@ -32,7 +34,7 @@ impl<S: Geometry> Together<'_, S> {
             .map(|(b, f)| Twist::new(b.linear + f.linear, b.angular + f.angular))
             .collect();
         let twice: Vec<f64> = closing.iter().map(|c| 2.0 * c).collect();
-        self.push(&Push { touches, targets: &twice, velocities: &sums, time, cause }, free, tools)?;
+        self.push(&Push { touches, targets: &twice, velocities: &sums, time, cause }, free, &none, tools)?;
         let mut potential = 0.0;
         for (i, start_twist) in before.iter().enumerate() {
             let mean = (start_twist.linear + self.bodies.motion.velocity[i]) * 0.5;

@@ -5,25 +5,15 @@
 //! velocities depend on each other over xbar; rounds of both settle at once on flat ground.
 
 use super::contacts::Active;
-use super::joints::{self, Held};
 use super::limits::Limits;
+use super::rounds::Rounds;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
 use crate::integrate::turn_freely;
-use crate::narrow_phase::{Touch, normal_velocity};
 use crate::observe::accounts::{Cause, Mark, Motive};
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
 use carom_solver::{ContactProblem, Impulses, Twist};
-
-/// Most rounds between places and velocities.
-const ROUNDS: usize = 12;
-/// Change of a unit normal below which the round is the last \[1\].
-const SAME_NORMAL: f64 = 3e-15;
-/// Change of a contact's arms below which the round is the last, over the body's size \[1\].
-const SAME_ARM: f64 = 1e-13;
-/// Cosine below which a contact of the same name counts as another one \[1\].
-const ONE_SIDE: f64 = 0.7;
 
 /// Part of a contact's normal velocity that its way may make where it flips \[1\].
 const FLIP: f64 = 0.1;
@@ -53,80 +43,16 @@ impl<S: Geometry> Together<'_, S> {
         stick: Stick,
         tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
-        let start = self.bodies.motion.clone();
-        let Active { touches: active, closing, fresh, .. } = active;
-        let approaches: Vec<f64> = active.iter().map(|t| normal_velocity(&self.bodies, t)).collect();
-        self.turn(0.5 * time);
-        let before = self.twists();
-        let free = self.loaded(&before, time);
-        let mut after = free.clone();
-        for t in active {
-            // a first guess of where contacts hold: bodies keep the velocities they have
-            (after[t.a], after[t.b]) = (before[t.a], before[t.b]);
-        }
-        for j in &self.bodies.joints.all {
-            after[j.a] = before[j.a];
-            j.b.inspect(|&b| after[b] = before[b]);
-        }
-        let mut last = LastFlow { time, stick, ..std::mem::take(&mut self.last) };
-        last.problem.contacts.clear();
-        last.closing.clone_from(closing);
-        let mut touches: Vec<Touch<S>> = Vec::new();
-        let mut targets: Vec<f64> = closing.iter().map(|c| -2.0 * c).collect();
-        let corners = closing.iter().any(|c| *c > 0.0) && self.turns_on_corners(active);
-        let mut kept = true;
-        let jointed = !self.bodies.joints.is_empty();
-        let mut held = Held::new(&self.bodies.joints);
-        let judged = self.worst[0].clone();
-        for round in 0..if jointed { joints::ROUNDS } else { ROUNDS } {
-            for i in 0..self.bodies.len() {
-                let mean = (before[i].linear + after[i].linear) * 0.5;
-                self.bodies.motion.position[i] = start.position[i] + mean * (0.5 * time);
-            }
-            let at_mean = self.at_mean(active, &start.position);
-            let joints_settled = !jointed || self.joints_settled(&mut held);
-            if round > 0 && kept && joints_settled && self.settled(&touches, &at_mean, &last.problem) {
-                touches = at_mean; // the same arms, at the places that came out
-                break;
-            }
-            touches = at_mean;
-            self.assemble(&touches, &targets, &before, &free, stick, &mut last.problem);
-            if jointed {
-                self.hold(&held, &before, stick, &mut last.problem);
-                // only the last round's solve is the flow's
-                self.worst[0].clone_from(&judged);
-            }
-            last.impulses.fit(&last.problem);
-            if round == 0 && self.settings.events.warm_start {
-                last.impulses.reset(&last.problem);
-                self.forces.as_ref().unwrap_or(self.warm).load(&last.problem, time, &mut last.impulses);
-            }
-            if !touches.is_empty() || jointed {
-                let mut impulses = std::mem::take(&mut last.impulses);
-                self.solve(&last.problem, &mut impulses, tools)?;
-                last.impulses = impulses;
-            }
-            after.clone_from(&free);
-            last.problem.apply(&last.impulses, &mut after);
-            if jointed {
-                self.aim(&mut held, &start.position, (&before, &after), time);
-            } else if active.is_empty() {
-                break;
-            }
-            if corners {
-                let mean = self.bodies.motion.clone();
-                self.bring_to_end(&start.position, &before, &after, time);
-                let gaps = self.gaps_of(active);
-                self.bodies.motion.copy_from(&mean);
-                kept = self.keep_gaps(
-                    &last.problem,
-                    (&before, &after),
-                    (active, closing, &gaps),
-                    time,
-                    &mut targets,
-                );
-            }
-        }
+        let mut rounds = self.begin_rounds(time, active, stick, None);
+        self.take_rounds(&mut rounds, tools)?;
+        self.end_rounds(rounds)
+    }
+
+    /// Brings the set to the flow's end, books and remembers it.
+    pub fn end_rounds(&mut self, rounds: Rounds<S>) -> Result<(), Halt> {
+        let Rounds {
+            time, active, start, approaches, before, after, touches, mut last, held, jointed, ..
+        } = rounds;
         if jointed {
             self.check_held(&held, self.joint_names)?;
             self.keep_joints(&last.problem, &last.impulses);
@@ -134,7 +60,7 @@ impl<S: Geometry> Together<'_, S> {
         last.touches = touches;
         self.book(&last.problem, &last.impulses, &before, &after, time);
         self.finish(&start.position, &before, &after, time);
-        let mut new = fresh.clone();
+        let mut new = active.fresh.clone();
         for (c, u) in last.problem.contacts.iter().zip(approaches) {
             if flips(u, c.relative_velocity(&before).0, self.limits) {
                 new.push(c.id);
@@ -176,79 +102,6 @@ impl<S: Geometry> Together<'_, S> {
             }
         }
         free
-    }
-
-    /// The active contacts where the bodies are now, found again by name; those that are gone are carried along.
-    fn at_mean(&mut self, active: &[Touch<S>], origin: &[S::Vector]) -> Vec<Touch<S>> {
-        let mut found = Vec::with_capacity(active.len());
-        let mut near: Vec<Touch<S>> = Vec::new();
-        let mut first = 0;
-        while first < active.len() {
-            let pair = (active[first].a, active[first].b);
-            let count = active[first..].iter().take_while(|t| (t.a, t.b) == pair).count();
-            near.clear();
-            let near_by = self.limits.touching(&self.bodies.data[pair.0], &self.bodies.data[pair.1]);
-            let margin = 4.0 * near_by + self.reaches[pair.0] + self.reaches[pair.1];
-            self.find(pair, margin, &mut near);
-            for t in &active[first..first + count] {
-                let again = near.iter().find(|n| n.id == t.id && n.normal.dot(t.normal) > ONE_SIDE);
-                found.push(match again {
-                    Some(n) => Touch { gap: t.gap, ..*n },
-                    None => Touch { point: t.point + self.carried(t, origin), ..*t },
-                });
-            }
-            first += count;
-        }
-        found
-    }
-
-    /// How a contact point has moved with its bodies.
-    fn carried(&self, t: &Touch<S>, origin: &[S::Vector]) -> S::Vector {
-        let moved = |i: usize| self.bodies.motion.position[i] - origin[i];
-        match (self.bodies.is_dynamic(t.a), self.bodies.is_dynamic(t.b)) {
-            (true, true) => (moved(t.a) + moved(t.b)) * 0.5,
-            (true, false) => moved(t.a),
-            (false, _) => moved(t.b),
-        }
-    }
-
-    /// True when the contacts' frames and arms are those that the problem was solved with.
-    fn settled(&self, old: &[Touch<S>], new: &[Touch<S>], problem: &ContactProblem<S>) -> bool {
-        old.iter().zip(new).zip(&problem.contacts).all(|((o, n), c)| {
-            let size = self.bodies.data[n.a].extent.min(self.bodies.data[n.b].extent);
-            let arm = |i: usize, was: S::Vector| {
-                let fixed = !self.bodies.is_dynamic(i);
-                fixed || (n.point - self.bodies.motion.position[i] - was).norm() <= SAME_ARM * size
-            };
-            (o.normal - n.normal).norm() <= SAME_NORMAL && arm(n.a, c.arm_a) && arm(n.b, c.arm_b)
-        })
-    }
-
-    fn assemble(
-        &self,
-        touches: &[Touch<S>],
-        targets: &[f64],
-        before: &[Twist<S>],
-        free: &[Twist<S>],
-        stick: Stick,
-        problem: &mut ContactProblem<S>,
-    ) {
-        assembly::begin(problem, &self.bodies, self.settings.friction_law);
-        problem.velocities.clear();
-        problem.velocities.extend_from_slice(free);
-        if stick == Stick::Mean {
-            for (v, b) in problem.velocities.iter_mut().zip(before) {
-                v.add_scaled(b, 1.0);
-            }
-        }
-        for (t, target) in touches.iter().zip(targets) {
-            let mut contact = assembly::contact(&self.bodies, t, *target);
-            if stick == Stick::End {
-                contact.target -= contact.relative_velocity(before).0;
-            }
-            problem.contacts.push(contact);
-            assembly::resist(problem, t);
-        }
     }
 
     /// Works of gravity, loads and contacts by the kick identity.

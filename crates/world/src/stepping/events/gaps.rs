@@ -6,12 +6,16 @@ use super::together::Together;
 use crate::integrate::turn_freely;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
+use carom_math::Column;
 use carom_solver::{ContactProblem, Twist};
 
 impl<S: Geometry> Together<'_, S> {
     /// True when a body that is no ball takes part in a contact and turns, or may.
     pub fn turns_on_corners(&self, active: &[Touch<S>]) -> bool {
-        active.iter().any(|t| [t.a, t.b].iter().any(|&i| self.bodies.data[i].turning_arm > 0.0))
+        let spin = &self.bodies.motion.angular_velocity;
+        let turns = |i: usize| self.bodies.is_dynamic(i) || spin[i] != S::Spin::ZERO;
+        let corners = |i: usize| self.bodies.data[i].turning_arm > 0.0 && turns(i);
+        active.iter().any(|t| corners(t.a) || corners(t.b))
     }
 
     /// Places at a flow's end, from those half-way.

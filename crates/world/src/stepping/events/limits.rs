@@ -28,6 +28,8 @@ pub struct Limits {
     pub still_speed: f64,
     /// Residual that solves aim at \[m/s\].
     pub tolerance: f64,
+    /// The fastest point of a body, or |g| dt if that is more \[m/s\].
+    pub fastest: f64,
     /// Gap up to which an approaching contact has arrived \[m\].
     pub arrived: f64,
     /// Rounding of places \[m\].
@@ -63,6 +65,7 @@ impl Limits {
             rest_speed,
             still_speed: (20.0 * tolerance).max(1e-9 * rest_speed).max(STILL),
             tolerance,
+            fastest,
             arrived: (ARRIVED * size).max(rounding),
             rounding,
             touching: events.touching,

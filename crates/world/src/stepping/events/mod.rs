@@ -18,6 +18,7 @@ mod meeting;
 mod overlap;
 mod push;
 mod quiet;
+mod rounds;
 mod slipping;
 pub(crate) mod tape;
 mod timeline;
@@ -160,6 +161,9 @@ impl<S: Geometry> EventsScheme<S> {
         let mut reaches = reaches(bodies, settings, wrenches, step.dt);
         for attempt in 0.. {
             self.candidates.update(bodies, &reaches, &limits);
+            if attempt == 0 && self.candidates.share(bodies, &mut reaches) {
+                self.candidates.update(bodies, &reaches, &limits);
+            }
             if let Some(tape) = &mut tape {
                 tape.begin(&origin, wrenches);
             }
@@ -199,19 +203,10 @@ impl<S: Geometry> EventsScheme<S> {
                     let error = StepError::EnergyGain { bodies, law, energy, time: step.time };
                     return Err(Box::new(Refusal { error, solve: None }));
                 }
-                Err(Halt::Outgrown(i)) => i,
+                Err(Halt::Outgrown(outgrown)) => outgrown,
             };
             bodies.motion.copy_from(&origin);
-            let grown = if attempt < AGAIN { 2.0 * reaches[outgrown] } else { f64::MAX };
-            // what made one fast may make its neighbours so
-            let near = self.candidates.of_body(outgrown).iter().map(|&p| self.candidates.pairs[p]);
-            let mut all: Vec<usize> = near.flat_map(|(a, b)| [a, b]).collect();
-            all.push(outgrown);
-            for i in all {
-                if bodies.is_dynamic(i) {
-                    reaches[i] = reaches[i].max(grown);
-                }
-            }
+            self.candidates.grow(bodies, &mut reaches, &outgrown, attempt >= AGAIN);
         }
         unreachable!("a reach without bound is not outgrown")
     }

@@ -7,8 +7,13 @@ use crate::narrow_phase::Touch;
 use crate::observe::accounts::Cause;
 use crate::observe::event_log::{Acted, EventKind, PieceKind};
 use crate::observe::ledger::Ledger;
+use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
+use carom_math::Column;
 use carom_solver::{ContactProblem, Impulses, Twist};
+
+/// Residual of an impulse that is only tried, over |g| dt \[1\].
+const TRIED: f64 = 1e-3;
 
 /// What is asked of an impulse.
 pub struct Push<'a, S: Geometry> {
@@ -25,21 +30,55 @@ pub struct Push<'a, S: Geometry> {
 }
 
 impl<S: Geometry> Together<'_, S> {
-    /// Solves for the impulse, applies it to `free`, and books and logs what it does.
-    pub fn push(&mut self, push: &Push<S>, free: Vec<Twist<S>>, tools: &mut Tools<S>) -> Result<(), Halt> {
-        let Push { touches, targets, time, cause, .. } = *push;
-        let before = self.twists();
+    /// The velocities after an impulse, found only as well as is needed to see who comes in. `forces` are those of a
+    /// push with fewer contacts, and then its own.
+    pub fn try_push(
+        &mut self,
+        push: &Push<S>,
+        forces: &mut WarmStart<S>,
+        tools: &mut Tools<S>,
+    ) -> Result<Vec<Twist<S>>, Halt> {
+        let problem = self.problem_of(push);
+        let mut impulses = Impulses::zero(&problem);
+        forces.load(&problem, 1.0, &mut impulses);
+        let worst = self.worst[0].clone();
+        let tolerance = TRIED * self.settings.gravity.norm() * self.limits.dt;
+        self.solve_to(tolerance.max(self.limits.tolerance), &problem, &mut impulses, tools)?;
+        self.worst[0] = worst;
+        forces.store(&problem, &impulses, 1.0);
+        let mut after = push.velocities.to_vec();
+        problem.apply(&impulses, &mut after);
+        Ok(after)
+    }
+
+    fn problem_of(&self, push: &Push<S>) -> ContactProblem<S> {
         let mut problem = ContactProblem::new(Vec::new(), Vec::new());
         assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
         problem.velocities = push.velocities.to_vec();
-        for (t, target) in touches.iter().zip(targets) {
+        for (t, target) in push.touches.iter().zip(push.targets) {
             problem.contacts.push(assembly::contact(&self.bodies, t, *target));
             assembly::resist(&mut problem, t);
         }
         // sums of velocities, or the velocities after the plastic impulse: joints ask for none; the next projection
         // takes away by what the way then misses them
         self.bodies.push_joints(&self.bodies.joint_frames(), &[], &mut problem);
+        problem
+    }
+
+    /// Solves for the impulse, from the forces of one much like it, applies it to `free`, and books and logs what it
+    /// does.
+    pub fn push(
+        &mut self,
+        push: &Push<S>,
+        free: Vec<Twist<S>>,
+        forces: &WarmStart<S>,
+        tools: &mut Tools<S>,
+    ) -> Result<(), Halt> {
+        let Push { touches, time, cause, .. } = *push;
+        let before = self.twists();
+        let problem = self.problem_of(push);
         let mut impulses = Impulses::zero(&problem);
+        forces.load(&problem, 1.0, &mut impulses);
         if !touches.is_empty() || !problem.rows.is_empty() {
             self.solve(&problem, &mut impulses, tools)?;
         }

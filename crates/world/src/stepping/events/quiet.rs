@@ -94,11 +94,18 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             active.expect(coming, dt);
             return self.lay_out_each(&at, &active, 0.0, 0, 0);
         }
+        let mut guess = None;
         for _ in 0..ROUNDS {
             active.expect(std::mem::take(&mut coming), dt);
-            at.flow(dt, &active, stick, &mut self.tools)?;
             if !at_once {
+                at.flow(dt, &active, stick, &mut self.tools)?;
                 break;
+            }
+            (coming, guess) =
+                at.flow_unless_overtaken(&start, (dt, &active, stick), guess, &mut self.tools)?;
+            if !coming.is_empty() {
+                at.restore(&start);
+                continue;
             }
             if stick == Stick::End && at.ledger.friction > 0.0 {
                 // where corners roll, the slip at the end is not what friction acts against; the mean slip is

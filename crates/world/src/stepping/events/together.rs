@@ -137,8 +137,9 @@ impl<S: Geometry> Saved<S> {
 
 /// Why a step ended early.
 pub enum Halt {
-    /// A body left its reach (its index in the world): the step must begin again with larger ones.
-    Outgrown(usize),
+    /// Bodies left their reaches (their indices in the world, and how far they came \[m\]): the step must begin again
+    /// with larger ones.
+    Outgrown(Vec<(usize, f64)>),
     /// Impacts between two bodies (their indices in the world) gain energy \[J\], and the settings refuse that.
     Gains((usize, usize), f64),
     /// The step is refused.
@@ -248,7 +249,18 @@ impl<S: Geometry> Together<'_, S> {
         impulses: &mut Impulses<S>,
         tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
-        let solve = SolveSettings { tolerance: self.limits.tolerance, ..self.settings.solve() };
+        self.solve_to(self.limits.tolerance, problem, impulses, tools)
+    }
+
+    /// The same to a residual of one's own \[m/s\].
+    pub fn solve_to(
+        &mut self,
+        tolerance: f64,
+        problem: &ContactProblem<S>,
+        impulses: &mut Impulses<S>,
+        tools: &mut Tools<S>,
+    ) -> Result<(), Halt> {
+        let solve = SolveSettings { tolerance, ..self.settings.solve() };
         let outcome = tools.solver.solve_watched(problem, &solve, impulses, tools.watch);
         let worst = assembly::bodies_of(problem, outcome.residual.worst);
         let worst = worst.map(|(a, b)| (self.members[a], self.members[b]));

@@ -1,0 +1,65 @@
+//! Balls have closed forms of their own; the general way is asked through compounds of one ball.
+
+mod common;
+use carom_geometry::{Geometry, PlanarPart, PlanarShape, SpatialPart, SpatialShape};
+use carom_math::{Column, Planar, Pose, Spatial, vec2};
+use common::*;
+
+/// Contacts of two shapes and of two others that are the same, from far apart to deep inside each other.
+fn same<S: Geometry>(
+    (one, other): (&S::Shape, &S::Shape),
+    general: (&S::Shape, &S::Shape),
+    mut pose: impl FnMut(&mut Random) -> Pose<S>,
+) {
+    let mut random = Random::new(5);
+    let mut met = 0;
+    for _ in 0..500 {
+        let (a, b) = (pose(&mut random), pose(&mut random));
+        let found = contacts::<S>(one, &a, other, &b, 0.3);
+        let known = contacts::<S>(general.0, &a, general.1, &b, 0.3);
+        assert_eq!(found.len(), known.len(), "{a:?} {b:?}");
+        for (f, k) in found.iter().zip(&known) {
+            met += 1;
+            assert_close(f.gap, k.gap, 1e-14, "gap");
+            // between centres that are near each other the direction is as good as their distance
+            assert!((f.normal - k.normal).norm() < 1e-12, "{f:?} {k:?}");
+            assert!((f.point - k.point).norm() < 1e-14, "{f:?} {k:?}");
+        }
+    }
+    assert!(met > 100, "only {met} contacts");
+}
+
+#[test]
+fn balls_touch_balls_and_walls_as_the_general_way_says() {
+    let ball = |radius| SpatialShape::Sphere { radius };
+    let alone = |shape| SpatialShape::Compound { parts: vec![SpatialPart { pose: Pose::default(), shape }] };
+    let wall = SpatialShape::HalfSpace { normal: Z };
+    let pose = |random: &mut Random| random.pose3(0.6);
+    same::<Spatial>((&ball(0.3), &ball(0.5)), (&alone(ball(0.3)), &alone(ball(0.5))), pose);
+    same::<Spatial>((&ball(0.3), &wall), (&alone(ball(0.3)), &wall), pose);
+    same::<Spatial>((&wall, &ball(0.3)), (&wall, &alone(ball(0.3))), pose);
+    let ball = |radius| PlanarShape::Circle { radius };
+    let alone = |shape| PlanarShape::Compound { parts: vec![PlanarPart { pose: Pose::default(), shape }] };
+    let wall = PlanarShape::HalfPlane { normal: vec2(0.6, 0.8) };
+    let pose = |random: &mut Random| random.pose2(0.6);
+    same::<Planar>((&ball(0.3), &ball(0.5)), (&alone(ball(0.3)), &alone(ball(0.5))), pose);
+    same::<Planar>((&ball(0.3), &wall), (&alone(ball(0.3)), &wall), pose);
+    same::<Planar>((&wall, &ball(0.3)), (&wall, &alone(ball(0.3))), pose);
+}
+
+#[test]
+fn balls_with_one_centre_still_push_each_other() {
+    let ball = SpatialShape::Sphere { radius: 0.5 };
+    let found = contacts::<Spatial>(&ball, &Pose::default(), &ball, &Pose::default(), 0.0);
+    assert_eq!(found.len(), 1);
+    assert_close(found[0].gap, -1.0, 1e-15, "gap");
+    assert_close(found[0].normal.norm(), 1.0, 1e-15, "length of the normal");
+}
+
+#[test]
+fn balls_far_from_the_origin_keep_their_gap() {
+    let ball = SpatialShape::Sphere { radius: 0.5 };
+    let far = 2f64.powi(30);
+    let found = contacts::<Spatial>(&ball, &at3(far + 1.0, 0.0, 0.0), &ball, &at3(far, 0.0, 0.0), 0.1);
+    assert_eq!(found[0].gap, 0.0);
+}
