@@ -13,7 +13,7 @@ heaps: carom's scheme events on heaps, held to energy, overlap and books in ever
   --time S          time to simulate of each task in s [bin until it rests, 20 at most; pour 3; kapla 600]
   --limit S         wall-clock seconds of each task, after which it ends with what it has [none]
   --dt S            length of a step in s [bin, pour 1/240; kapla 1/60]
-  --tolerance X     residual that solves aim at, over |g| dt [bin, pour 1e-8; kapla 1e-12, the default of events]
+  --tolerance X     residual that solves aim at, over |g| dt [bin, pour 1e-7; kapla 1e-12, the default of events]
   --arrivals A      at_their_moment or within_the_step [bin, pour within_the_step; kapla at_their_moment]
   --out FOLDER      folder of the results, FOLDER/MACHINE/heaps.csv [none are written]; rows of other runs stay, and
                     those of this are written every few seconds, so that a run may be stopped at any time";
