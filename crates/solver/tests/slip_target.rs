@@ -5,7 +5,10 @@ mod common;
 
 use carom_math::{Column, Space};
 use carom_solver::delassus::{right_hand_side, targets};
-use carom_solver::{Certificate, ContactProblem, FrictionLaw, SolverKind, Stop, Twist, file, residual};
+use carom_solver::{
+    Certificate, ContactProblem, FrictionLaw, ImpulseChoice, Impulses, SolveSettings, SolverKind, Stop,
+    Twist, file, residual,
+};
 use common::*;
 
 /// The same problem, seen from bodies that all have further velocities: targets move along.
@@ -62,6 +65,30 @@ fn every_solver_takes_slips_that_are_asked_for<S: Space>() {
             assert!(refuses || solved >= 5, "{}, {law:?}: {solved} solved", kind.name());
         }
     }
+}
+
+/// The least impulses are found on faces that know the slips: they solve the other problem too.
+fn the_least_impulses_solve_the_other_problem_too<S: Space>() {
+    let mut random = Random::new(11);
+    let choice = SolveSettings {
+        iterations: 50_000,
+        tolerance: 1e-10,
+        impulses: ImpulseChoice::MinimumNorm,
+        ..SolveSettings::default()
+    };
+    let mut solved = 0;
+    for _ in 0..30 {
+        let problem = fitting::<S>(&mut random, SolverKind::Exact, FrictionLaw::Disc);
+        let moved = moved(&problem, &mut random);
+        let mut impulses = Impulses::zero(&moved);
+        let outcome = SolverKind::Exact.make().solve(&moved, &choice, &mut impulses);
+        solved += usize::from(outcome.stop == Stop::Converged);
+        if outcome.stop == Stop::Converged {
+            let other = residual(&problem, &impulses).absolute;
+            assert!(other <= 1e-9, "minimum norm: {other:e} without the shift");
+        }
+    }
+    assert!(solved >= 20, "{solved} of 30 solved");
 }
 
 /// One collision after another ends each with the slip asked for, or at its limit: the same impulses as unshifted.
@@ -133,6 +160,7 @@ fn slips_that_are_asked_for_are_part_of_the_problem<S: Space>() {
 
 in_both_spaces! {
     every_solver_takes_slips_that_are_asked_for;
+    the_least_impulses_solve_the_other_problem_too;
     one_collision_after_another_goes_the_same_way;
     every_solver_turns_the_slip_of_a_superball_round;
     slips_that_are_asked_for_are_part_of_the_problem;
