@@ -69,6 +69,7 @@ _COEFFICIENTS = {
     "rolling_friction": "m",
     "spinning_friction": "m",
     "restitution": "1",
+    "tangential_restitution": "1",
     "linear_damping": "1/s",
     "angular_damping": "1/s",
 }

@@ -99,6 +99,11 @@ class Body:
         return float(self._constant("restitution"))
 
     @property
+    def tangential_restitution(self) -> float:
+        """Share of the slip that a bounce turns round, as far as friction reaches [1]."""
+        return float(self._constant("tangential_restitution"))
+
+    @property
     def extent(self) -> float:
         """Largest extent of the shape [m]; 0 without a shape, inf for half-planes and half-spaces."""
         return float(self._constant("extent"))

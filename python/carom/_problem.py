@@ -230,7 +230,8 @@ class ContactProblem:
 
     @property
     def target(self) -> Floats:
-        """(rows,) float64 array, velocity that a pressed row ends with [m/s]; 0 for tangents."""
+        """(rows,) float64 array [m/s]: normal velocity that a pressed contact ends with, and the slip that it
+        ends with inside its friction limit; 0 for moments."""
         return frozen(self._native.vector("target"))
 
     @property

@@ -2,7 +2,7 @@
 
 Layout of the HDF5 form: attributes format, schema_version, space, friction_law; /names; groups
 /inverse_masses (linear, angular), /velocities (linear, angular), /contacts, /rows and, where there are any,
-/resistances (a column for each field). Knows no physics.
+/resistances (a column for each field) and /contacts/slip_target. Knows no physics.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ _UNITS = {
     "contacts/arm_b": "m",
     "contacts/gap": "m",
     "contacts/target": "m/s",
+    "contacts/slip_target": "m/s",
     "resistances/rolling": "m",
     "resistances/spinning": "m",
 }
@@ -112,6 +113,10 @@ def _write_hdf5(path: Path, table: dict[str, Any]) -> None:
         for name in _CONTACTS:
             width = dimension if name in ("normal", "arm_a", "arm_b") else 0
             _column(file, f"contacts/{name}", [c[name] for c in table["contacts"]], width)
+        slips = [c.get("slip_target", [0.0] * (dimension - 1)) for c in table["contacts"]]
+        # absent where no contact asks for a slip: the layout of old files
+        if np.any(slips):
+            _column(file, "contacts/slip_target", slips, dimension - 1)
         for name in _ROWS:
             _column(
                 file,
@@ -155,7 +160,8 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
             return [{"linear": linear, "angular": angular} for linear, angular in both]
 
         masses = zip(column("inverse_masses/linear"), column("inverse_masses/angular"), strict=True)
-        contacts = zip(*(column(f"contacts/{name}") for name in _CONTACTS), strict=True)
+        asked = ("slip_target",) if "slip_target" in file["contacts"] else ()
+        contacts = zip(*(column(f"contacts/{name}") for name in (*_CONTACTS, *asked)), strict=True)
         rows = zip(*(column(f"rows/{name}") for name in (*_ROWS, "on_a", "on_b")), strict=True)
         found = "resistances" in file
         resistances = zip(*(column(f"resistances/{name}") for name in _RESISTANCES if found), strict=True)
@@ -170,7 +176,7 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
                 {"linear": linear, "angular": _inertia(angular)} for linear, angular in masses
             ],
             "velocities": twists("velocities"),
-            "contacts": [dict(zip(_CONTACTS, values, strict=True)) for values in contacts],
+            "contacts": [dict(zip((*_CONTACTS, *asked), values, strict=True)) for values in contacts],
             "rows": [_row(values, dimension) for values in rows],
             "resistances": [dict(zip(_RESISTANCES, values, strict=True)) for values in resistances],
         }

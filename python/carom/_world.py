@@ -106,7 +106,9 @@ class World(Judged):
     friction_mixing: Setting[str] = Setting(
         '"geometric" (default), "min", "max", "mean", "product", "harmonic".'
     )
-    restitution_mixing: Setting[str] = Setting('"max" (default) or another of the same mixings.')
+    restitution_mixing: Setting[str] = Setting(
+        '"max" (default) or another of the same mixings; for tangential restitution too.'
+    )
 
     def __init__(self, gravity: Any = None, dt: float | None = None, **settings: Any) -> None:
         self._native: Any = self._space.world()
@@ -172,6 +174,7 @@ class World(Judged):
         rolling_friction: float = 0.0,
         spinning_friction: float = 0.0,
         restitution: float = 0.0,
+        tangential_restitution: float = 0.0,
         material: str | None = None,
         linear_damping: float = 0.0,
         angular_damping: float = 0.0,
@@ -198,6 +201,9 @@ class World(Judged):
         rotation : angle [rad] or [cos, sin] | quaternion [w, x, y, z]
         velocity, angular_velocity : (d,) [m/s] of the centre of mass; float | (3,) [rad/s], world axes
         friction, restitution : coefficients [1]
+        tangential_restitution : share of the slip that a bounce turns round, as far as friction reaches [1];
+            1 for a superball. Source: Garwin 1969 (theory eq. 3.19); acts where `restitution` makes a contact
+            bounce, under the impact laws "newton", "generalized_reflections" and "sequential"
         rolling_friction, spinning_friction : largest moment against rolling, and about the normal, per
             normal force [m]; a contact takes the larger of its two bodies'; spinning has no effect in the
             plane. Source: Coulomb's law for moments (theory eqs. 3.24 to 3.26); solved by "pgs", "nncg" and
@@ -231,6 +237,7 @@ class World(Judged):
         rolling_friction: float = 0.0,
         spinning_friction: float = 0.0,
         restitution: float = 0.0,
+        tangential_restitution: float = 0.0,
         material: str | None = None,
         collision_groups: int = 1,
         collision_mask: int = 0xFFFF_FFFF,
@@ -257,6 +264,7 @@ class World(Judged):
         rolling_friction: float = 0.0,
         spinning_friction: float = 0.0,
         restitution: float = 0.0,
+        tangential_restitution: float = 0.0,
         material: str | None = None,
         collision_groups: int = 1,
         collision_mask: int = 0xFFFF_FFFF,
@@ -276,6 +284,7 @@ class World(Judged):
         *,
         friction: float | None = None,
         restitution: float | None = None,
+        tangential_restitution: float | None = None,
         rolling_friction: float | None = None,
         spinning_friction: float | None = None,
     ) -> None:
@@ -284,7 +293,7 @@ class World(Judged):
         Parameters
         ----------
         one, other : materials of bodies; the same twice for bodies of one material
-        friction, restitution : coefficients [1]
+        friction, restitution, tangential_restitution : coefficients [1]
         rolling_friction, spinning_friction : largest moments per normal force [m]
 
         Raises
@@ -295,6 +304,7 @@ class World(Judged):
         given = {
             "friction": friction,
             "restitution": restitution,
+            "tangential_restitution": tangential_restitution,
             "rolling_friction": rolling_friction,
             "spinning_friction": spinning_friction,
         }
@@ -733,7 +743,7 @@ class World(Judged):
         gap : when it began [m]
         impulse : (d,) on a, world axes [N s]
         moment : (1 | 3,) rolling and spinning friction on a, world axes [N m s]
-        friction, restitution : coefficients of the pair [1]
+        friction, restitution, tangential_restitution : coefficients of the pair [1]
         """
         packed: Records = self._native.events().view(self._space.event_type)
         return packed

@@ -580,6 +580,10 @@ class Flows:
         target = np.where(kind == BOUNCES, -self.rows["restitution"] * np.minimum(n0, 0), target)
         target = np.where(kind == FALLBACK_FLOW, -2 * np.maximum(self.rows["gap"], 0) / rest, target)
         slip = u - dot(u, normal)[:, None] * normal
+        if "tangential_restitution" in self.rows.dtype.names:
+            bounces = (kind == BOUNCES) & (self.rows["restitution"] > 0)
+            turned = np.where(bounces, self.rows["tangential_restitution"], 0.0)
+            slip = slip + turned[:, None] * (u0 - n0[:, None] * normal)
         gap_rate = np.minimum(self.push * stiff[0], along - target)
         trial = side - slip / stiff[1][:, None]
         length = norm(trial)

@@ -55,6 +55,8 @@ class GeneralizedReflections(_Law):
 class Moreau(_Law):
     """Coulomb's law for the mean of the velocities before and after, weighted by e: never gains energy.
 
+    It reverses slips by its own e and refuses tangential restitution.
+
     Source: Moreau 1988 (theory eqs. 3.20 and 3.21).
     """
 
@@ -64,6 +66,8 @@ class Moreau(_Law):
 
 class Poisson(_Law):
     """Compression, then restitution that gives back at least e times compression's normal impulses.
+
+    It refuses tangential restitution.
 
     Source: Glocker and Pfeiffer 1995 (theory eqs. 4.28 and 4.29).
     """

@@ -33,8 +33,8 @@ l actions, d = 2 | 3):
 Writing is single-writer-multiple-reader (SWMR): each append ends in a flush, contacts go first and their
 offsets last, so a reader that trusts the offsets never sees half a frame, and a killed run leaves a readable
 file. Version 2 has what it takes to check a run from its file alone (``carom.check_run``), version 3 also for
-runs of the scheme with events; older files are read as before. A record of an event has 205 bytes in space
-and 149 in the plane, one of a piece 121 and 73. Knows no physics.
+runs of the scheme with events; older files are read as before. A record of an event has 213 bytes in space
+and 157 in the plane, one of a piece 121 and 73. Knows no physics.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ mod friction;
 mod impacts;
 mod long;
 mod statics;
+mod superball;
 mod systems;
 
 use carom::{Column, Scheme, Settings};

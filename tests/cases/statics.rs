@@ -4,15 +4,16 @@ use crate::events;
 use crate::harness::scenes::{overhanging_bricks, tower_of_planks};
 use crate::harness::*;
 use carom::{
-    BodySpec, Column, ImpulseChoice, MassProperties, Planar, PlanarShape, Settings, SolverKind, Spatial,
-    SpatialShape, Sym3, World, vec2, vec3,
+    BodySpec, Column, ImpulseChoice, MassProperties, Settings, SolverKind, Spatial, SpatialShape, Sym3,
+    World, vec3,
 };
 use carom_scenes::stacking;
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::FRAC_PI_4;
 
 in_plane_and_space!(
     each_interface_of_a_stack_carries_what_is_above_it_at_any_mass_ratio,
     a_ball_in_a_right_angled_groove_presses_with_its_weight_over_root_two,
+    an_a_frame_of_cards_stands_iff_friction_exceeds_half_the_tangent,
     four_bricks_overhang_to_just_under_their_limit,
     a_box_on_a_slope_tips_when_the_slope_exceeds_its_width_over_its_height,
     a_tower_of_planks_stands,
@@ -114,21 +115,25 @@ pub fn a_ball_in_a_right_angled_groove_presses_with_its_weight_over_root_two<S: 
     }
 }
 
-/// Case C27: two cards lean on each other at an angle th from the vertical. With round edges of radius r the balance
-/// of moments about a foot gives mu >= (L/2) sin th/(r + L cos th), which is tan(th)/2 for r = 0.
-#[test]
-fn an_a_frame_of_cards_stands_iff_friction_exceeds_half_the_tangent() {
-    let (length, radius, lean) = (1.0, 1e-3, 0.4_f64);
-    let limit = 0.5 * length * lean.sin() / (radius + length * lean.cos());
+/// Case C27: two cards lean on each other at an angle th from the vertical. With edges rounded by r, and t between the
+/// edges of a card, the balance of moments about a foot gives mu >= (L sin th - t cos th)/(2 (r + L cos th)), which is
+/// tan(th)/2 for thin cards with sharp edges.
+pub fn an_a_frame_of_cards_stands_iff_friction_exceeds_half_the_tangent<S: Dimension>() {
+    let (length, thick, radius, lean) = (1.0, 1e-4, 1e-3, 0.4_f64);
+    let across = length * lean.sin() - thick * lean.cos();
+    let limit = 0.5 * across / (radius + length * lean.cos());
     close(limit, 0.5 * lean.tan(), 1e-3, "C27 limit of round cards against tan(th)/2");
     for (mu, stands) in [(1.001 * limit, true), (0.999 * limit, false)] {
-        let mut w = world::<Planar>(events(0.01));
+        let mut w = world::<S>(events(0.01));
         add_floor(&mut w, mu, 0.0);
         for (name, side) in [("left", -1.0), ("right", 1.0)] {
-            let top = vec2(side * radius, radius + length * lean.cos());
-            let middle = top + vec2(side * 0.5 * length * lean.sin(), -0.5 * length * lean.cos());
-            let card = BodySpec::heavy(PlanarShape::Capsule { length, radius }, 0.01).at(middle).friction(mu);
-            add(&mut w, name, card.turned(leaning::<Planar>(-(side * (FRAC_PI_2 - lean)))));
+            // the foot's edge and the top's are those of one face, the lower one
+            let middle = S::at(
+                side * (radius + 0.5 * across + thick * lean.cos()),
+                radius + 0.5 * (length * lean.cos() + thick * lean.sin()),
+            );
+            let card = BodySpec::heavy(S::card(thick, length, radius), 0.01).at(middle).friction(mu);
+            add(&mut w, name, card.turned(leaning::<S>(side * lean)));
         }
         let start = height(&w, 1);
         settle(&mut w, 5.0);

@@ -31,6 +31,8 @@ pub trait Dimension: Geometry {
     fn ball(radius: f64) -> Self::Shape;
     /// A box of full width (all horizontal sides) and height.
     fn block(width: f64, height: f64) -> Self::Shape;
+    /// A card: a plate of thickness and height whose edges are rounded by a radius more \[m\].
+    fn card(thickness: f64, height: f64, radius: f64) -> Self::Shape;
     /// The half-plane or half-space below the origin.
     fn floor() -> Self::Shape;
     /// The half-plane or half-space behind an outward normal.
@@ -62,6 +64,9 @@ impl Dimension for Planar {
     }
     fn block(width: f64, height: f64) -> Self::Shape {
         PlanarShape::Box { size: [width, height] }
+    }
+    fn card(thickness: f64, height: f64, radius: f64) -> Self::Shape {
+        PlanarShape::RoundBox { size: [thickness, height], radius }
     }
     fn floor() -> Self::Shape {
         Self::wall(vec2(0.0, 1.0))
@@ -96,6 +101,9 @@ impl Dimension for Spatial {
     }
     fn block(width: f64, height: f64) -> Self::Shape {
         SpatialShape::Box { size: [width, width, height] }
+    }
+    fn card(thickness: f64, height: f64, radius: f64) -> Self::Shape {
+        SpatialShape::RoundBox { size: [thickness, 0.6 * height, height], radius }
     }
     fn floor() -> Self::Shape {
         Self::wall(vec3(0.0, 0.0, 1.0))

@@ -585,6 +585,9 @@ pub fn what_has_no_gradient_is_refused_by_name<S: Dimension>() {
     w.bodies_mut().data[1].rolling_friction = 0.1;
     assert!(told(&mut w, one()).starts_with("body 'ball': rolling_friction has no gradient"));
     let mut w = sliding_ball::<S>();
+    w.bodies_mut().data[1].tangential_restitution = 0.1;
+    assert!(told(&mut w, one()).starts_with("body 'ball': tangential_restitution has no gradient"));
+    let mut w = sliding_ball::<S>();
     w.apply_wrench(1, Wrench { force: S::at(1.0, 0.0), torque: S::Spin::ZERO });
     assert!(told(&mut w, one()).contains("is waiting for the next step"));
     let mut w = sliding_ball::<S>();

@@ -40,11 +40,12 @@ pub fn each_mixing_rule_gives_its_mean_at_a_contact<S: Dimension>() {
     }
 }
 
-/// All four coefficients, said in either order of the names.
+/// All five coefficients, said in either order of the names.
 pub fn a_pair_of_materials_overrides_the_mix_in_either_order<S: Dimension>() {
     let pair = MaterialPair {
         friction: Some(0.02),
         restitution: Some(0.05),
+        tangential_restitution: Some(0.7),
         rolling_friction: Some(0.001),
         spinning_friction: Some(0.0),
     };
@@ -54,6 +55,7 @@ pub fn a_pair_of_materials_overrides_the_mix_in_either_order<S: Dimension>() {
         step(&mut w);
         let t = w.touches()[0];
         assert_eq!((t.friction, t.restitution, t.rolling, t.spinning), (0.02, 0.05, 0.001, 0.0));
+        assert_eq!(t.tangential_restitution, 0.7);
         assert!(w.remove_pair(other, one).expect("both are known"), "it was there");
         step(&mut w);
         close(w.touches()[0].friction, 0.6, 1e-15, "mixed again");

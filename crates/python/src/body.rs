@@ -94,6 +94,7 @@ pub fn constants<'py, S: Geometry>(
     dict.set_item("rolling_friction", data.rolling_friction)?;
     dict.set_item("spinning_friction", data.spinning_friction)?;
     dict.set_item("restitution", data.restitution)?;
+    dict.set_item("tangential_restitution", data.tangential_restitution)?;
     dict.set_item("extent", data.extent)?;
     dict.set_item("material", material)?;
     dict.set_item("linear_damping", data.linear_damping)?;

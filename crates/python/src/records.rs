@@ -241,6 +241,7 @@ pub fn event_fields<S: Space>() -> Vec<Field> {
         ("moment", "f8", S::SPIN),
         ("friction", "f8", 0),
         ("restitution", "f8", 0),
+        ("tangential_restitution", "f8", 0),
     ]
 }
 
@@ -261,7 +262,7 @@ pub fn append_events<S: Geometry>(world: &World<S>, out: &mut Records) -> usize 
         out.f8(r.gap);
         out.all(r.impulse.as_slice());
         out.all(r.moment.as_slice());
-        out.all(&[r.friction, r.restitution]);
+        out.all(&[r.friction, r.restitution, r.tangential_restitution]);
     }
     log.contacts.len()
 }

@@ -164,6 +164,8 @@ impl Certificate {
         let mut work = 0.0;
         for ((contact, c), g) in problem.contacts.iter().zip(&prepared.contacts).zip(&impulses.contacts) {
             let ((n0, t0), (n1, t1)) = (c.relative_velocity(before), c.relative_velocity(after));
+            // friction works on the whole slip, not on what is left to its target
+            let (t0, t1) = (t0 + c.slip_target, t1 + c.slip_target);
             work += 0.5 * g.normal * (n0 + n1) + 0.5 * g.tangent.dot(t0 + t1);
             self.energy_turned_over += 0.5 * (g.normal * n0).abs() + 0.5 * (g.normal * n1).abs();
             self.energy_turned_over += 0.5 * (g.tangent.dot(t0).abs() + g.tangent.dot(t1).abs());

@@ -112,6 +112,9 @@ fn check_contacts<S: Space>(p: &ContactProblem<S>) -> Result<(), ProblemError> {
             let problem = format!("inverse effective mass {own:e} along the normal");
             return refuse(at("a, b"), problem, "an impulse along the normal must move one of the bodies");
         }
+        if !c.slip_target.is_finite() {
+            return refuse(at("slip_target"), "not finite".into(), "give finite velocities");
+        }
         for (field, value, low, high) in [
             ("gap", c.gap, f64::NEG_INFINITY, f64::INFINITY),
             ("target", c.target, f64::NEG_INFINITY, f64::INFINITY),

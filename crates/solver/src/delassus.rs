@@ -134,7 +134,7 @@ pub fn delassus_of<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>
     Csr::from_rows(rows.len(), entries.collect::<Vec<_>>().into_iter())
 }
 
-/// b = target - J v over the scalar rows (tangential targets are zero): A gamma - b = u - target.
+/// b = target - J v over the scalar rows: A gamma - b = u - target.
 pub fn right_hand_side<S: Space>(problem: &ContactProblem<S>) -> Vec<f64> {
     right_hand_side_of(problem, &Prepared::of(problem))
 }
@@ -151,7 +151,7 @@ pub fn targets<S: Space>(problem: &ContactProblem<S>) -> Vec<f64> {
     let mut all = Vec::with_capacity(problem.scalar_rows());
     for c in &problem.contacts {
         all.push(c.target);
-        all.extend(std::iter::repeat_n(0.0, S::SLIP));
+        all.extend_from_slice(c.slip_target.as_slice());
     }
     all.extend(problem.rows.iter().map(|r| r.target));
     all.resize(problem.scalar_rows(), 0.0);

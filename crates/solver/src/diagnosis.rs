@@ -107,7 +107,10 @@ impl<S: Space> Operator<'_, S> {
 fn condition<S: Space>(problem: &ContactProblem<S>, impulses: &Impulses<S>) -> f64 {
     let pressed: Vec<bool> = impulses.contacts.iter().map(|g: &Impulse<S>| g.normal > 0.0).collect();
     let work = Impulses::zero(problem);
-    let mut operator = Operator { problem, prepared: Prepared::of(problem), pressed, work };
+    let mut prepared = Prepared::of(problem);
+    // the operator is linear: it knows no targets
+    prepared.contacts.iter_mut().for_each(|c| c.slip_target = S::Slip::ZERO);
+    let mut operator = Operator { problem, prepared, pressed, work };
     // a start without structure (fractional parts of multiples of the golden ratio), moved into the range of W
     // moments are left out: they press nothing
     let n = problem.contacts.len() * (1 + S::SLIP) + problem.rows.len();

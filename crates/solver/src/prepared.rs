@@ -133,6 +133,8 @@ pub struct PreparedContact<S: Space> {
     pub tangent_coupling: f64,
     /// Normal velocity that a pressed contact ends with \[m/s\].
     pub target: f64,
+    /// Slip that a contact ends with inside its friction limit \[m/s\].
+    pub slip_target: S::Slip,
     /// Coefficient of restitution \[1\].
     pub restitution: f64,
     /// Coefficient of friction \[1\].
@@ -164,17 +166,18 @@ impl<S: Space> PreparedContact<S> {
             normal_coupling: S::Slip::from_fn(|k| coupling(&tangents[k], &normal)),
             tangent_coupling,
             target: c.target,
+            slip_target: c.slip_target,
             restitution: c.restitution,
             friction: c.friction,
         }
     }
-    /// Normal and tangential relative velocity.
+    /// Normal relative velocity, and the slip over the slip asked for.
     #[inline]
     pub fn relative_velocity(&self, v: &[Twist<S>]) -> (f64, S::Slip) {
         let (a, b) = self.pair(v);
         (self.normal.velocity_between(&a, &b), self.slip_between(&a, &b))
     }
-    /// Tangential relative velocity.
+    /// The slip over the slip asked for, u_t - slip_target: what friction acts against.
     #[inline]
     pub fn slip(&self, v: &[Twist<S>]) -> S::Slip {
         let (a, b) = self.pair(v);
@@ -183,7 +186,7 @@ impl<S: Space> PreparedContact<S> {
     /// The same from the velocities of the two bodies.
     #[inline]
     pub fn slip_between(&self, a: &Twist<S>, b: &Twist<S>) -> S::Slip {
-        S::Slip::from_fn(|k| self.tangents[k].velocity_between(a, b))
+        S::Slip::from_fn(|k| self.tangents[k].velocity_between(a, b) - self.slip_target[k])
     }
     /// Velocities of the two bodies. A sweep works on these copies and stores them once.
     #[inline]
@@ -273,8 +276,7 @@ impl<S: Space> Prepared<S> {
             r.apply(m, v);
         }
     }
-    /// J u - target of every scalar row after the impulses, in the order of `Impulses::flat`; tangential
-    /// targets are zero. This is A gamma - b, formed on the bodies: impulses that nearly cancel lose no digits.
+    /// J u - target of every scalar row after the impulses, in the order of `Impulses::flat`. This is A gamma - b, formed on the bodies: impulses that nearly cancel lose no digits.
     pub fn velocity_errors(&self, problem: &ContactProblem<S>, impulses: &Impulses<S>) -> Vec<f64> {
         let mut after = problem.velocities.clone();
         self.apply(impulses, &mut after);

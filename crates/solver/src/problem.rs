@@ -1,5 +1,5 @@
 //! The contact problem as a value: find impulses so that
-//! 0 <= gamma_n _|_ u_n - target >= 0, friction opposite to the slip inside its limit, and bounded rows,
+//! 0 <= gamma_n _|_ u_n - target >= 0, friction opposite to u_t - slip_target inside its limit, and bounded rows,
 //! with u = J (v + M^-1 J^T gamma) (theory chapter 5). Knows no shapes, no world and no clock.
 
 use crate::resistance::Resistance;
@@ -85,11 +85,20 @@ pub struct Contact<S: Space> {
     pub gap: f64,
     /// Normal velocity that a pressed contact ends with \[m/s\].
     pub target: f64,
+    /// Slip that a contact ends with inside its friction limit, in the contact's frame \[m/s\]; friction at the limit
+    /// is opposite to what the slip still differs from it (theory eq. 3.19). Zero unless an impact law asks for more.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub slip_target: S::Slip,
     /// Coefficient of restitution \[1\], in \[0, 1\]: already contained in `target` where the impact law
     /// is simultaneous; read by laws that resolve one collision after another.
     pub restitution: f64,
     /// Coefficient of friction \[1\].
     pub friction: f64,
+}
+
+/// True for what a file leaves out.
+fn is_zero<C: Column>(column: &C) -> bool {
+    *column == C::ZERO
 }
 
 /// A general row lo <= lambda <= hi: lambda = lo implies J u >= target, lambda = hi implies J u <= target,

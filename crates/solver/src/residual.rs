@@ -1,7 +1,7 @@
 //! The one residual that judges every solver: the natural map of the contact law, in m/s (theory eqs. 5.31 to
 //! 5.34). It is zero exactly at the solutions. Knows no solver.
 //! normal: |g_n - max(0, g_n - m_n (u_n - target))| / m_n with m_n = 1/W_nn;
-//! tangential: |g_t - P(g_t - m_t u_t)| / m_t with P the friction projection at mu g_n, m_t = 1/lambda_max(W_tt);
+//! tangential: |g_t - P(g_t - m_t (u_t - slip_target))| / m_t with P the friction projection at mu g_n, m_t = 1/lambda_max(W_tt);
 //! bounded row: |l - clamp(l - m (J u - target), lo, hi)| / m;
 //! rolling and spinning friction: the same for moments, made a velocity by a length (theory eq. 3.28).
 //! The forms used below are the same maps with the subtraction of nearly equal impulses carried out by hand.

@@ -34,6 +34,7 @@ pub fn contact<S: Geometry>(bodies: &Bodies<S>, t: &Touch<S>, target: f64) -> Co
         arm_b: t.point - bodies.motion.position[t.b],
         gap: t.gap,
         target,
+        slip_target: S::Slip::ZERO,
         restitution: t.restitution,
         friction: t.friction,
     }

@@ -80,6 +80,8 @@ pub struct BodyData<S: Geometry> {
     pub spinning_friction: f64,
     /// Coefficient of restitution \[1\].
     pub restitution: f64,
+    /// Coefficient of tangential restitution \[1\].
+    pub tangential_restitution: f64,
     /// Number of its material in the bodies' `materials`.
     pub material: Option<usize>,
     /// Linear damping rate \[1/s\].
@@ -220,6 +222,7 @@ impl<S: Geometry> Bodies<S> {
             rolling_friction: spec.rolling_friction,
             spinning_friction: spec.spinning_friction,
             restitution: spec.restitution,
+            tangential_restitution: spec.tangential_restitution,
             material: spec.material.map(|name| self.materials.learn(&name)),
             linear_damping: spec.linear_damping,
             angular_damping: spec.angular_damping,
@@ -425,6 +428,7 @@ fn check_spec<S: Geometry>(name: &str, spec: &BodySpec<S>) -> Result<(), BuildEr
         ("rolling_friction", spec.rolling_friction, f64::MAX),
         ("spinning_friction", spec.spinning_friction, f64::MAX),
         ("restitution", spec.restitution, 1.0),
+        ("tangential_restitution", spec.tangential_restitution, 1.0),
         ("linear_damping", spec.linear_damping, f64::MAX),
         ("angular_damping", spec.angular_damping, f64::MAX),
     ] {

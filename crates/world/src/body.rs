@@ -68,6 +68,9 @@ pub struct BodySpec<S: Geometry> {
     pub spinning_friction: f64,
     /// Coefficient of restitution \[1\]. Default 0.
     pub restitution: f64,
+    /// Coefficient of tangential restitution \[1\]: share of the slip that a bounce turns round, as far as friction
+    /// reaches (theory eq. 3.19). Default 0.
+    pub tangential_restitution: f64,
     /// Name of its material, by which pairs of materials are told apart. Default none.
     pub material: Option<String>,
     /// Linear damping rate \[1/s\]: v decays as exp(-rate t). Default none.
@@ -96,6 +99,7 @@ impl<S: Geometry> BodySpec<S> {
             rolling_friction: 0.0,
             spinning_friction: 0.0,
             restitution: 0.0,
+            tangential_restitution: 0.0,
             material: None,
             linear_damping: 0.0,
             angular_damping: 0.0,
@@ -167,6 +171,11 @@ impl<S: Geometry> BodySpec<S> {
     /// Sets the coefficient of restitution.
     pub fn restitution(mut self, restitution: f64) -> Self {
         self.restitution = restitution;
+        self
+    }
+    /// Sets the coefficient of tangential restitution.
+    pub fn tangential_restitution(mut self, share: f64) -> Self {
+        self.tangential_restitution = share;
         self
     }
     /// Names the material.

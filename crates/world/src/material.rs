@@ -74,6 +74,9 @@ pub struct MaterialPair {
     /// Coefficient of restitution \[1\], in \[0, 1\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
+    /// Coefficient of tangential restitution \[1\], in \[0, 1\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tangential_restitution: Option<f64>,
     /// Coefficient of rolling friction \[m\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rolling_friction: Option<f64>,
@@ -87,6 +90,7 @@ impl MaterialPair {
         let fields = [
             ("friction", self.friction, f64::MAX),
             ("restitution", self.restitution, 1.0),
+            ("tangential_restitution", self.tangential_restitution, 1.0),
             ("rolling_friction", self.rolling_friction, f64::MAX),
             ("spinning_friction", self.spinning_friction, f64::MAX),
         ];
@@ -98,7 +102,8 @@ impl MaterialPair {
             }
         }
         if fields.iter().all(|(_, value, _)| value.is_none()) {
-            let remedy = "give friction, restitution, rolling_friction or spinning_friction";
+            let remedy =
+                "give friction, restitution, tangential_restitution, rolling_friction or spinning_friction";
             return Err(BuildError::setting("pair", "has no coefficient", remedy));
         }
         Ok(())

@@ -31,6 +31,8 @@ pub struct Touch<S: Space> {
     pub spinning: f64,
     /// Coefficient of restitution of the pair \[1\].
     pub restitution: f64,
+    /// Coefficient of tangential restitution of the pair \[1\].
+    pub tangential_restitution: f64,
 }
 
 /// Finds contacts; holds memory and the broad phase's order, nothing that changes an answer.
@@ -119,6 +121,9 @@ pub fn touches_of<S: Geometry>(
     let spinning = pair.spinning_friction.unwrap_or(spinning);
     let mixed = settings.restitution_mixing.mix(data[a].restitution, data[b].restitution);
     let restitution = pair.restitution.unwrap_or(mixed);
+    let tangential = (data[a].tangential_restitution, data[b].tangential_restitution);
+    let mixed = settings.restitution_mixing.mix(tangential.0, tangential.1);
+    let tangential_restitution = pair.tangential_restitution.unwrap_or(mixed);
     out.extend(points.iter().map(|p| Touch {
         id: contact_id(data[a].serial, data[b].serial, p.feature),
         a,
@@ -130,6 +135,7 @@ pub fn touches_of<S: Geometry>(
         rolling,
         spinning,
         restitution,
+        tangential_restitution,
     }));
 }
 

@@ -236,7 +236,7 @@ pub struct Settings<S: Space> {
     pub contact_margin: Option<f64>,
     /// Mixing of the bodies' friction coefficients. Default geometric.
     pub friction_mixing: Mixing,
-    /// Mixing of the bodies' coefficients of restitution. Default max.
+    /// Mixing of the bodies' coefficients of restitution, normal and tangential. Default max.
     pub restitution_mixing: Mixing,
 }
 

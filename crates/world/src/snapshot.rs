@@ -33,6 +33,8 @@ struct SavedBody<S: Geometry> {
     #[serde(default)]
     spinning_friction: f64,
     restitution: f64,
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    tangential_restitution: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     material: Option<String>,
     linear_damping: f64,
@@ -70,6 +72,10 @@ struct Saved<S: Geometry> {
 
 fn is_zero(n: &u64) -> bool {
     *n == 0
+}
+
+fn is_nothing(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// A joint, its bodies by name.
@@ -164,6 +170,7 @@ impl<S: Geometry> World<S> {
             rolling_friction: d.rolling_friction,
             spinning_friction: d.spinning_friction,
             restitution: d.restitution,
+            tangential_restitution: d.tangential_restitution,
             material: self.bodies.material(i).map(String::from),
             linear_damping: d.linear_damping,
             angular_damping: d.angular_damping,
@@ -230,6 +237,7 @@ fn spec_of<S: Geometry>(b: &SavedBody<S>) -> BodySpec<S> {
     spec.rolling_friction = b.rolling_friction;
     spec.spinning_friction = b.spinning_friction;
     spec.restitution = b.restitution;
+    spec.tangential_restitution = b.tangential_restitution;
     spec.material.clone_from(&b.material);
     spec.linear_damping = b.linear_damping;
     spec.angular_damping = b.angular_damping;

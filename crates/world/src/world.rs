@@ -5,6 +5,7 @@ use crate::bodies::{Bodies, Motion};
 use crate::body::{BodyKind, BodySpec};
 use crate::error::{BuildError, StepError};
 use crate::force::{ForceField, Wrench};
+use crate::impact;
 use crate::integrate::Step;
 use crate::joint::{self, Reaction};
 use crate::material::MaterialPair;
@@ -550,6 +551,7 @@ impl<S: Geometry> World<S> {
         }
         self.check_motion("before the step", "set it to finite numbers")?;
         self.check_fixed()?;
+        impact::check(&self.bodies, &self.settings)?;
         let bad = self.applied.iter().position(|w| !w.is_finite());
         bad.map_or(Ok(()), |i| {
             let value = format!("{:?}", self.applied[i].force.as_slice());

@@ -38,6 +38,16 @@ Counts = Annotated[
     list[Annotated[int, Field(strict=True, ge=1, le=MOST_BODIES)]], Field(min_length=1, max_length=3)
 ]
 
+#: Constants of contact that bodies, materials and pairs of materials have.
+COEFFICIENTS = (
+    "friction",
+    "restitution",
+    "tangential_restitution",
+    "rolling_friction",
+    "spinning_friction",
+)
+_TURNED = "Share of the slip that a bounce turns round, as far as friction reaches, 0 to 1 [1]."
+
 
 class Material(Strict):
     """Contact and mass constants that several bodies share."""
@@ -50,6 +60,7 @@ class Material(Strict):
         default=None, description="Largest moment about a contact's normal per normal force [m]."
     )
     restitution: Fraction | None = Field(default=None, description="Coefficient of restitution, 0 to 1 [1].")
+    tangential_restitution: Fraction | None = Field(default=None, description=_TURNED)
     density: Positive | None = Field(
         default=None, description="Mass per volume [kg/m^3] in space, per area [kg/m^2] in the plane."
     )
@@ -63,6 +74,7 @@ class MaterialPair(Strict):
     ] = Field(description="Names of two entries of [materials], in either order.")
     friction: NotNegative | None = Field(default=None, description="Friction coefficient (Coulomb) [1].")
     restitution: Fraction | None = Field(default=None, description="Coefficient of restitution, 0 to 1 [1].")
+    tangential_restitution: Fraction | None = Field(default=None, description=_TURNED)
     rolling_friction: NotNegative | None = Field(
         default=None, description="Largest moment against rolling per normal force [m]."
     )
@@ -72,8 +84,7 @@ class MaterialPair(Strict):
 
     def coefficients(self) -> dict[str, float]:
         """What is said of the pair."""
-        keys = ("friction", "restitution", "rolling_friction", "spinning_friction")
-        return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
+        return {key: getattr(self, key) for key in COEFFICIENTS if getattr(self, key) is not None}
 
 
 class _JointCommon(Strict):
@@ -275,6 +286,9 @@ class BodyCommon(Strict):
     )
     restitution: Fraction | None = Field(
         default=None, description="Coefficient of restitution, 0 to 1 [1]; the material's, else 0."
+    )
+    tangential_restitution: Fraction | None = Field(
+        default=None, description=_TURNED.replace(" [1].", " [1]; the material's, else 0.")
     )
     linear_damping: NotNegative | None = Field(
         default=None, description="Damping of the velocity [1/s]; else 0."

@@ -17,14 +17,13 @@ import numpy as np
 
 from carom.errors import CaromError, SceneError
 from carom.meshes import DEFAULT_PARTS, Mesh, as_shape, load_mesh
-from carom.scene.bodies import MOST_BODIES, MeshFile, PlanarBody, SpatialBody
+from carom.scene.bodies import COEFFICIENTS, MOST_BODIES, MeshFile, PlanarBody, SpatialBody
 from carom.scene.document import PlanarScene, SpatialScene
 from carom.scene.expand import Copy, copies
 from carom.scene.lines import KeyPath, line_of
 from carom.scene.read import Format, line_map
 from carom.scene.shapes import as_plain
 
-_CONTACT_KEYS = ("friction", "rolling_friction", "spinning_friction", "restitution")
 _GROUP_KEYS = ("collision_groups", "collision_mask")
 _MASS_KEYS = ("mass", "inertia", "center_of_mass", "linear_damping", "angular_damping")
 
@@ -212,10 +211,10 @@ def _add(
 ) -> None:
     """Adds one copy of a body to the world."""
     material = document.materials.get(body.material) if body.material is not None else None
-    given: dict[str, Any] = _given(body, (*_CONTACT_KEYS, *_GROUP_KEYS))
+    given: dict[str, Any] = _given(body, (*COEFFICIENTS, *_GROUP_KEYS))
     if body.material is not None:
         given["material"] = body.material
-    for key in _CONTACT_KEYS:
+    for key in COEFFICIENTS:
         if key not in given and material is not None and getattr(material, key) is not None:
             given[key] = getattr(material, key)
     place = "position" if body.position is not None or (body.shape is None and solid is None) else "origin"

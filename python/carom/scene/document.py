@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, TypeAdapter, model_validator
 
 from carom.scene.bodies import (
+    COEFFICIENTS,
     BodyCommon,
     Material,
     MaterialPair,
@@ -146,7 +147,8 @@ class SettingsCommon(Strict):
         default=None, description='How two friction coefficients combine; "geometric" when absent.'
     )
     restitution_mixing: Mixing | None = Field(
-        default=None, description='How two coefficients of restitution combine; "max" when absent.'
+        default=None,
+        description='How two coefficients of restitution combine, normal or tangential; "max" when absent.',
     )
 
 
@@ -207,7 +209,7 @@ class SceneCommon(Strict):
                     hint = did_you_mean(name, self.materials) or "add it to [materials]"
                     raise refuse(f"pair.{index}.materials", f"unknown material {name!r}", hint)
             if not pair.coefficients():
-                remedy = "give friction, restitution, rolling_friction or spinning_friction"
+                remedy = "give one of " + ", ".join(COEFFICIENTS)
                 raise refuse(f"pair.{index}", "a pair needs a coefficient", remedy)
             other = seen.setdefault(frozenset(pair.materials), index)
             if other != index:

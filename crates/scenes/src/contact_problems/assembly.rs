@@ -74,6 +74,7 @@ impl<S: Stage> Assembly<S> {
             arm_b: point - self.centres[b],
             gap,
             target: 0.0,
+            slip_target: S::Slip::ZERO,
             restitution: 0.0,
             friction: self.chance.between(low, high),
         });

@@ -2,7 +2,8 @@
 //! impulse of an isolated collision, gamma = -(1+c_r) m_eff u_n, then the friction that this impulse presses for;
 //! its neighbours feel both before their turn, and rounds in the contacts' order go on until nothing approaches.
 //! Impulses are never taken back, so the answer depends on the order and is not that of the simultaneous law; its
-//! residual says by how much. No collision gains energy, friction included. Knows no bounded rows.
+//! residual says by how much. No collision gains energy, friction included, unless a slip is asked for: each ends with
+//! `slip_target` inside its friction limit. Knows no bounded rows.
 
 use crate::friction::friction_impulse;
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};

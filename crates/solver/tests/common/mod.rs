@@ -143,7 +143,8 @@ pub fn contact<S: Space>(
     (b, arm_b): (usize, S::Vector),
     normal: S::Vector,
 ) -> Contact<S> {
-    Contact { id: 0, a, b, normal, arm_a, arm_b, gap: 0.0, target: 0.0, restitution: 0.0, friction: 0.0 }
+    let (gap, target, slip_target) = (0.0, 0.0, S::Slip::ZERO);
+    Contact { id: 0, a, b, normal, arm_a, arm_b, gap, target, slip_target, restitution: 0.0, friction: 0.0 }
 }
 
 /// Sets Newton's targets -c_r u_n of the simultaneous law for all contacts from the present velocities.

@@ -322,6 +322,14 @@ fn check<S: Geometry>(world: &World<S>, plan: &Plan<S>) -> Result<(), BuildError
     if world.pairs().any(|(_, _, p)| p.rolling_friction.is_some() || p.spinning_friction.is_some()) {
         return refuse("pair", "has rolling or spinning friction, which has no gradient", "leave both out");
     }
+    let turns_slips = |i: &usize| bodies.data[*i].tangential_restitution > 0.0;
+    if let Some(i) = (0..bodies.len()).find(turns_slips) {
+        let (name, remedy) = (&bodies.names[i], "set tangential_restitution to 0");
+        return Err(BuildError::body(name, "tangential_restitution", "has no gradient", remedy));
+    }
+    if world.pairs().any(|(_, _, p)| p.tangential_restitution.is_some()) {
+        return refuse("pair", "has tangential restitution, which has no gradient", "leave it out");
+    }
     if !plan.loads.is_empty() && plan.loads.len() != plan.steps {
         let problem = format!("has entries for {} steps, the rollout has {}", plan.loads.len(), plan.steps);
         return Err(BuildError::setting("loads", problem, "give one entry per step"));

@@ -3,11 +3,11 @@
 //! the policy says.
 
 use carom_geometry::Geometry;
-use carom_math::Column;
+use carom_math::{Column, Space};
 
 use crate::impact::moreau;
 use crate::settings::EnergyGuard;
-use carom_solver::{ContactProblem, ImpulseSolver, Impulses, Islands, Part, SolveSettings};
+use carom_solver::{ContactProblem, Impulse, ImpulseSolver, Impulses, Islands, Part, SolveSettings};
 
 /// Gain that counts as one, relative to the energy that the island's impulses turn over \[1\].
 const GAIN: f64 = 1e-9;
@@ -24,6 +24,22 @@ struct Work {
 }
 
 impl Work {
+    /// Adds a contact's impulse between relative velocities before and after it.
+    fn add<S: Space>(
+        &mut self,
+        contact: usize,
+        g: &Impulse<S>,
+        before: (f64, S::Slip),
+        after: (f64, S::Slip),
+    ) {
+        let ((n0, t0), (n1, t1)) = (before, after);
+        let (normal, tangential) = (0.5 * g.normal * (n0 + n1), 0.5 * g.tangent.dot(t0 + t1));
+        self.gained += normal + tangential;
+        if normal + tangential > self.most.1 {
+            self.most = (contact, normal + tangential);
+        }
+        self.turned_over += 0.5 * g.normal * (n0.abs() + n1.abs()) + tangential.abs();
+    }
     fn is_gain(&self) -> bool {
         self.gained > GAIN * self.turned_over
     }
@@ -38,6 +54,13 @@ pub struct Gain {
     pub energy: f64,
     /// Bodies of the contact that gains most, and what it does \[J\].
     pub most: Option<((usize, usize), f64)>,
+}
+
+/// True when one contact's impulse gains energy between relative velocities (normal, slip) before and after it.
+pub fn gains<S: Space>(g: &Impulse<S>, before: (f64, S::Slip), after: (f64, S::Slip)) -> bool {
+    let mut work = Work::default();
+    work.add(0, g, before, after);
+    work.is_gain()
 }
 
 /// Finds the islands that gain energy, and gives them Moreau's impulses where the policy is to clamp.
@@ -81,14 +104,8 @@ fn works<S: Geometry>(problem: &ContactProblem<S>, impulses: &Impulses<S>, islan
     let after = problem.velocities_after(impulses);
     let mut works = vec![Work::default(); islands.count()];
     for (k, (c, g)) in problem.contacts.iter().zip(&impulses.contacts).enumerate() {
-        let ((n0, t0), (n1, t1)) = (c.relative_velocity(&problem.velocities), c.relative_velocity(&after));
-        let (normal, tangential) = (0.5 * g.normal * (n0 + n1), 0.5 * g.tangent.dot(t0 + t1));
-        let work = &mut works[islands.of_contact(k)];
-        work.gained += normal + tangential;
-        if normal + tangential > work.most.1 {
-            work.most = (k, normal + tangential);
-        }
-        work.turned_over += 0.5 * g.normal * (n0.abs() + n1.abs()) + tangential.abs();
+        let (before, after) = (c.relative_velocity(&problem.velocities), c.relative_velocity(&after));
+        works[islands.of_contact(k)].add(k, g, before, after);
     }
     for (r, m) in problem.resistances.iter().zip(&impulses.moments) {
         let c = &problem.contacts[r.contact];

@@ -20,6 +20,7 @@ use crate::bodies::Bodies;
 use crate::error::StepError;
 use crate::impact::part::{Islands, Part};
 use crate::joint::{JointImpulse, mover, still, wrenches};
+use crate::material::MaterialPair;
 use crate::narrow_phase::Touch;
 use crate::observe::accounts::{Accounts, Cause};
 use crate::observe::event_log::{Acted, EventKind, EventLog, PieceKind};
@@ -82,6 +83,8 @@ pub struct Impacts<S: Geometry> {
     later: (ContactProblem<S>, Impulses<S>, Vec<usize>),
     after: Vec<Twist<S>>,
     bounces: Vec<bool>,
+    /// Tangential restitution of each contact of the problem \[1\].
+    turned: Vec<f64>,
     /// The touches that take part in this round.
     parts: Vec<Option<Part>>,
     /// True for touches whose approach an earlier round of the step has resolved.
@@ -114,6 +117,7 @@ impl<S: Geometry> Default for Impacts<S> {
             gaining: None,
             after: Vec::new(),
             bounces: Vec::new(),
+            turned: Vec::new(),
             parts: Vec::new(),
             resolved: Vec::new(),
             settled: Vec::new(),
@@ -297,10 +301,15 @@ impl<S: Geometry> Impacts<S> {
                 return moreau::solve(problem, &self.bounces, &solve, *solver, impulses, watch);
             }
             ImpactLaw::Sequential => {
-                let (outcome, ended_plastic) =
-                    sequential::solve(problem, thresholds, &solve, &mut self.bounces, impulses);
-                self.ended_plastic += usize::from(ended_plastic);
-                return outcome;
+                let clamp = settings.energy_guard == EnergyGuard::Clamp;
+                let asked = sequential::Asked { limits: thresholds, turned: &self.turned, clamp };
+                let ended = sequential::solve(problem, &asked, &solve, &mut self.bounces, impulses);
+                self.ended_plastic += usize::from(ended.plastic);
+                self.guarded += ended.guarded;
+                if clamp || self.turned.iter().all(|share| *share == 0.0) {
+                    return ended.outcome; // collisions one by one gain nothing, or were guarded by themselves
+                }
+                ended.outcome
             }
         };
         let policy = settings.energy_guard;
@@ -345,6 +354,7 @@ impl<S: Geometry> Impacts<S> {
         let bounce_together = matches!(law, ImpactLaw::Moreau | ImpactLaw::Poisson);
         assembly::begin(&mut self.problem, bodies, settings.friction_law);
         self.bounces.clear();
+        self.turned.clear();
         self.struck.clear();
         if bouncing.contains(&true) {
             self.settled.fill(false);
@@ -352,7 +362,13 @@ impl<S: Geometry> Impacts<S> {
         for (k, t) in touches.iter().enumerate() {
             let root = islands.root(bodies, t);
             let Some(part) = self.parts[k].filter(|_| called[root]) else { continue };
-            self.problem.contacts.push(assembly::contact(bodies, t, part.target));
+            let mut contact = assembly::contact(bodies, t, part.target);
+            if part.bounces && t.tangential_restitution > 0.0 {
+                let (_, slip) = contact.relative_velocity(&self.problem.velocities);
+                contact.slip_target = slip * -t.tangential_restitution;
+            }
+            self.problem.contacts.push(contact);
+            self.turned.push(t.tangential_restitution);
             // one collision after another exchanges no moments: the law of the notes
             if law != ImpactLaw::Sequential {
                 assembly::resist(&mut self.problem, t);
@@ -422,6 +438,29 @@ impl<S: Geometry> Impacts<S> {
         lines.impact_friction = friction;
         ledger.add(&lines);
     }
+}
+
+/// Refuses tangential restitution where the law has none of its own: Moreau's reverses slips by its e, Poisson's
+/// second phase gives friction back by the slip alone.
+///
+/// # Errors
+/// [`StepError::Argument`] naming the body, or the pair of materials.
+pub(crate) fn check<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>) -> Result<(), StepError> {
+    let law = settings.impact_law();
+    if !matches!(law, ImpactLaw::Moreau | ImpactLaw::Poisson) {
+        return Ok(());
+    }
+    let body = bodies.data.iter().position(|d| d.tangential_restitution > 0.0);
+    let body = body
+        .map(|i| format!("body '{}' asks for {}", bodies.names[i], bodies.data[i].tangential_restitution));
+    let asks = |(a, b, pair): (&str, &str, MaterialPair)| {
+        let share = pair.tangential_restitution.filter(|share| *share > 0.0)?;
+        Some(format!("the pair of '{a}' and '{b}' asks for {share}"))
+    };
+    let Some(asking) = body.or_else(|| bodies.materials.pairs().find_map(asks)) else { return Ok(()) };
+    let problem = format!("has no tangential restitution: '{}'; {asking}", law.name());
+    let remedy = "choose impact = \"newton\", \"generalized_reflections\" or \"sequential\"".into();
+    Err(StepError::Argument { field: "impact", problem, remedy })
 }
 
 /// One report of two rounds: iterations of both, the residual of the worse.

@@ -31,10 +31,11 @@ pub fn solve<S: Space>(
     outcome
 }
 
-/// Makes the targets those of the plastic impact.
+/// Makes the targets those of the plastic impact, which stops slips.
 pub fn end_plastic<S: Space>(problem: &mut ContactProblem<S>) {
     for c in &mut problem.contacts {
         c.target = c.target.min(0.0);
+        c.slip_target = S::Slip::ZERO;
     }
 }
 

@@ -88,6 +88,8 @@ pub struct EventRecord<S: Space> {
     pub friction: f64,
     /// Coefficient of restitution \[1\].
     pub restitution: f64,
+    /// Coefficient of tangential restitution \[1\].
+    pub tangential_restitution: f64,
 }
 
 /// How a body went through a piece of its way.
@@ -224,6 +226,7 @@ impl<S: Geometry> EventLog<S> {
                 moment: S::Spin::ZERO,
                 friction: c.friction,
                 restitution: c.restitution,
+                tangential_restitution: t.tangential_restitution,
             });
         }
         for (r, m) in acted.problem.resistances.iter().zip(&acted.impulses.moments) {
@@ -335,5 +338,6 @@ fn touch_of<S: Geometry>(r: &EventRecord<S>) -> Touch<S> {
         rolling: 0.0,
         spinning: 0.0,
         restitution: r.restitution,
+        tangential_restitution: r.tangential_restitution,
     }
 }
