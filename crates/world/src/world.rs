@@ -1,17 +1,18 @@
 //! The world: bodies, the choices of the run, and the step.
 
+mod checks;
+mod last;
+
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
-use crate::body::{BodyKind, BodySpec};
+use crate::body::BodySpec;
 use crate::error::{BuildError, StepError};
 use crate::force::{ForceField, Wrench};
-use crate::impact;
 use crate::integrate::Step;
 use crate::joint::{self, Reaction};
 use crate::material::MaterialPair;
 use crate::narrow_phase::{NarrowPhase, Touch};
 use crate::observe::energy::{Energy, Momenta};
-use crate::observe::event_log::{ContactSum, EventLog};
 use crate::observe::explain::{Explanation, Scene, phase_of};
 use crate::observe::groups::{GroupReport, Groups, LedgerGroup};
 use crate::observe::ledger::Ledger;
@@ -23,7 +24,7 @@ use crate::stepping::{Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Planar, Rotation, Spatial};
-use carom_solver::{Certificate, ContactProblem, Impulse, Impulses, Twist, Watch, unwatched};
+use carom_solver::{Certificate, ContactProblem, Impulses, Watch, unwatched};
 
 /// A world of the plane.
 pub type World2 = World<Planar>;
@@ -259,48 +260,6 @@ impl<S: Geometry> World<S> {
     /// The books of the groups since they were asked for; energies and momenta are those after the last step.
     pub fn group_ledgers(&self) -> &[GroupReport<S>] {
         &self.groups.totals
-    }
-    /// Contacts found at the start of the last step.
-    pub fn touches(&self) -> &[Touch<S>] {
-        &self.touches
-    }
-    /// The contact problem of the last step, its impulses, and for each of its contacts the index into `touches`.
-    pub fn last_problem(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
-        self.schemes.contact()
-    }
-    /// The impact problem of the last step's first round, its impulses, and for each of its contacts the index into
-    /// `touches`; no indices when nothing struck.
-    pub fn last_impacts(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
-        let impacts = self.schemes.impacts();
-        (&impacts.problem, &impacts.impulses, &impacts.struck)
-    }
-    /// Impulses that the last step's impacts gave to each of its touches, in contact frames.
-    pub fn last_strikes(&self) -> &[Impulse<S>] {
-        &self.schemes.impacts().totals
-    }
-    /// Moments of rolling and spinning friction that the last step's impacts gave to each of its touches, on body a,
-    /// in world axes.
-    pub fn last_strike_moments(&self) -> &[S::Spin] {
-        &self.schemes.impacts().moments
-    }
-    /// What happened in the last step, act by act; `None` unless the scheme with events took it.
-    pub fn last_events(&self) -> Option<&EventLog<S>> {
-        self.schemes.log()
-    }
-    /// What each of `touches` did in the whole last step, over its flows and impacts; `None` unless the scheme with
-    /// events took it. Its last problem and impulses are those of each island's last flow.
-    pub fn last_sums(&self) -> Option<&[ContactSum<S>]> {
-        self.schemes.sums()
-    }
-    /// Applied loads of the last step on each body, their mean over the step; entries of bodies that forces do not
-    /// move mean nothing.
-    pub fn last_loads(&self) -> &[Wrench<S>] {
-        self.schemes.loads()
-    }
-    /// How far the last step's position correction moved \[m\] and turned \[rad\] each body; empty when it moved none,
-    /// and for the scheme with events, which projects within its step.
-    pub fn last_correction(&self) -> &[Twist<S>] {
-        self.schemes.correction()
     }
     /// The problem that a step of length `dt` \[s\] would solve from here. The world does not change, but its
     /// force fields are asked as in a step.
@@ -538,94 +497,6 @@ impl<S: Geometry> World<S> {
                 *q = q.renormalized().unwrap_or(*q);
             }
         }
-    }
-
-    fn check_before(&self, dt: f64) -> Result<(), StepError> {
-        if !(dt > 0.0 && dt.is_finite()) {
-            let remedy = "give a step length in s".to_string();
-            return Err(StepError::Argument {
-                field: "dt",
-                problem: format!("must be > 0, got {dt}"),
-                remedy,
-            });
-        }
-        self.check_motion("before the step", "set it to finite numbers")?;
-        self.check_fixed()?;
-        impact::check(&self.bodies, &self.settings)?;
-        let bad = self.applied.iter().position(|w| !w.is_finite());
-        bad.map_or(Ok(()), |i| {
-            let value = format!("{:?}", self.applied[i].force.as_slice());
-            Err(self.not_finite(
-                i,
-                "applied force or torque",
-                value,
-                "before the step",
-                "apply finite numbers",
-            ))
-        })
-    }
-
-    /// Fixed bodies rest, whatever was written into their velocities.
-    fn check_fixed(&self) -> Result<(), StepError> {
-        let m = &self.bodies.motion;
-        for i in (0..self.bodies.len()).filter(|&i| self.bodies.data[i].kind == BodyKind::Fixed) {
-            let parts: [(&'static str, &[f64]); 2] = [
-                ("velocity", m.velocity[i].as_slice()),
-                ("angular_velocity", m.angular_velocity[i].as_slice()),
-            ];
-            for (field, values) in parts {
-                if values.iter().any(|x| *x != 0.0) {
-                    let (body, value) = (self.bodies.names[i].clone(), format!("{values:?}"));
-                    let remedy = "make it a kinematic body, or leave its velocities alone".into();
-                    return Err(StepError::FixedMoves { body, field, value, remedy, time: self.time });
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn check_after(&self) -> Result<(), StepError> {
-        self.check_motion(
-            "after the step",
-            "look for extreme velocities, masses or forces, or take a smaller dt",
-        )
-    }
-
-    fn check_motion(&self, stage: &'static str, remedy: &str) -> Result<(), StepError> {
-        let m = &self.bodies.motion;
-        for i in 0..self.bodies.len() {
-            let parts: [(&'static str, &[f64]); 4] = [
-                ("position", m.position[i].as_slice()),
-                ("rotation", m.rotation[i].as_slice()),
-                ("velocity", m.velocity[i].as_slice()),
-                ("angular_velocity", m.angular_velocity[i].as_slice()),
-            ];
-            for (field, values) in parts {
-                if !values.iter().all(|x| x.is_finite())
-                    || (field == "rotation" && values.iter().all(|x| *x == 0.0))
-                {
-                    return Err(self.not_finite(i, field, format!("{values:?}"), stage, remedy));
-                }
-            }
-            // finite numbers whose squares are not would turn every sum over bodies into infinity
-            let energy = self.bodies.translational_energy(i) + self.bodies.rotational_energy(i);
-            if !energy.is_finite() {
-                return Err(self.not_finite(i, "kinetic energy", format!("{energy}"), stage, remedy));
-            }
-        }
-        Ok(())
-    }
-
-    fn not_finite(
-        &self,
-        i: usize,
-        field: &'static str,
-        value: String,
-        stage: &'static str,
-        remedy: &str,
-    ) -> StepError {
-        let body = self.bodies.names[i].clone();
-        StepError::NotFinite { body, field, value, stage, remedy: remedy.into(), time: self.time }
     }
 
     /// What the coming steps depend on and steps change, to be restored by `set_to`.

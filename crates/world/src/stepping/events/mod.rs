@@ -13,6 +13,7 @@ mod ending;
 mod fallback;
 pub(crate) mod flow;
 mod gaps;
+mod gathering;
 mod joints;
 mod limits;
 mod meeting;

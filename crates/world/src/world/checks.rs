@@ -1,0 +1,98 @@
+//! What a step refuses: a length, a motion or a load that is no number, and fixed bodies that shall move.
+
+use super::World;
+use crate::body::BodyKind;
+use crate::error::StepError;
+use crate::impact;
+use carom_geometry::Geometry;
+use carom_math::{Column, Rotation};
+
+impl<S: Geometry> World<S> {
+    pub(super) fn check_before(&self, dt: f64) -> Result<(), StepError> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            let remedy = "give a step length in s".to_string();
+            return Err(StepError::Argument {
+                field: "dt",
+                problem: format!("must be > 0, got {dt}"),
+                remedy,
+            });
+        }
+        self.check_motion("before the step", "set it to finite numbers")?;
+        self.check_fixed()?;
+        impact::check(&self.bodies, &self.settings)?;
+        let bad = self.applied.iter().position(|w| !w.is_finite());
+        bad.map_or(Ok(()), |i| {
+            let value = format!("{:?}", self.applied[i].force.as_slice());
+            Err(self.not_finite(
+                i,
+                "applied force or torque",
+                value,
+                "before the step",
+                "apply finite numbers",
+            ))
+        })
+    }
+
+    /// Fixed bodies rest, whatever was written into their velocities.
+    fn check_fixed(&self) -> Result<(), StepError> {
+        let m = &self.bodies.motion;
+        for i in (0..self.bodies.len()).filter(|&i| self.bodies.data[i].kind == BodyKind::Fixed) {
+            let parts: [(&'static str, &[f64]); 2] = [
+                ("velocity", m.velocity[i].as_slice()),
+                ("angular_velocity", m.angular_velocity[i].as_slice()),
+            ];
+            for (field, values) in parts {
+                if values.iter().any(|x| *x != 0.0) {
+                    let (body, value) = (self.bodies.names[i].clone(), format!("{values:?}"));
+                    let remedy = "make it a kinematic body, or leave its velocities alone".into();
+                    return Err(StepError::FixedMoves { body, field, value, remedy, time: self.time });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_after(&self) -> Result<(), StepError> {
+        self.check_motion(
+            "after the step",
+            "look for extreme velocities, masses or forces, or take a smaller dt",
+        )
+    }
+
+    fn check_motion(&self, stage: &'static str, remedy: &str) -> Result<(), StepError> {
+        let m = &self.bodies.motion;
+        for i in 0..self.bodies.len() {
+            let parts: [(&'static str, &[f64]); 4] = [
+                ("position", m.position[i].as_slice()),
+                ("rotation", m.rotation[i].as_slice()),
+                ("velocity", m.velocity[i].as_slice()),
+                ("angular_velocity", m.angular_velocity[i].as_slice()),
+            ];
+            for (field, values) in parts {
+                if !values.iter().all(|x| x.is_finite())
+                    || (field == "rotation" && values.iter().all(|x| *x == 0.0))
+                {
+                    return Err(self.not_finite(i, field, format!("{values:?}"), stage, remedy));
+                }
+            }
+            // finite numbers whose squares are not would turn every sum over bodies into infinity
+            let energy = self.bodies.translational_energy(i) + self.bodies.rotational_energy(i);
+            if !energy.is_finite() {
+                return Err(self.not_finite(i, "kinetic energy", format!("{energy}"), stage, remedy));
+            }
+        }
+        Ok(())
+    }
+
+    fn not_finite(
+        &self,
+        i: usize,
+        field: &'static str,
+        value: String,
+        stage: &'static str,
+        remedy: &str,
+    ) -> StepError {
+        let body = self.bodies.names[i].clone();
+        StepError::NotFinite { body, field, value, stage, remedy: remedy.into(), time: self.time }
+    }
+}
