@@ -3,14 +3,14 @@
 The engine holds the state. ``position``, ``rotation``, ``velocity`` and ``angular_velocity`` are arrays over
 its own memory: reading them costs nothing, writing them moves the bodies, and while one of them is alive no
 body can be added or removed. A step runs without the interpreter's lock; arrays keep showing the state before
-it until it ends. Long because it is one class, the world's face, and its docstrings.
+it until it ends.
 """
 
 from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Never, Self
 
@@ -19,14 +19,17 @@ import numpy.typing as npt
 
 from carom import _carom
 from carom._adding import attributed, body_arguments
-from carom._body import ANGULAR_VELOCITY, POSITION, ROTATION, VELOCITY, Body
-from carom._force import Force, loads
-from carom._joint import Joint, joint_arguments
+from carom._arrayed import Arrayed
+from carom._body import Body
+from carom._force import Force
+from carom._forced import Forced
+from carom._jointed import Jointed
 from carom._judged import Judged, SolveProgress
-from carom._report import Chunk, GroupReport, Snapshot, StepReport, chunk_of
+from carom._observed import Observed
+from carom._report import Chunk, Snapshot, StepReport, chunk_of
 from carom._setting import Setting
 from carom._shapes import ShapeLike
-from carom._space import Floats, Records, Space, frozen, number
+from carom._space import Floats, Space, number
 from carom.errors import BuildError, StepError, refused, unknown
 
 if TYPE_CHECKING:
@@ -35,7 +38,7 @@ if TYPE_CHECKING:
 Density = float | Callable[[Floats], npt.ArrayLike]
 
 
-class World(Judged):
+class World(Arrayed, Forced, Jointed, Observed, Judged):
     """Bodies, settings and time.
 
     Parameters
@@ -353,112 +356,6 @@ class World(Judged):
         """
         self._native.remove(name.name if isinstance(name, Body) else name)
 
-    # --- joints ---
-
-    def add_point_joint(
-        self,
-        name: str,
-        a: str | Body,
-        b: str | Body | None = None,
-        *,
-        point: Any = None,
-        anchor_a: Any = None,
-        anchor_b: Any = None,
-        collide: bool = False,
-    ) -> Joint:
-        """Holds a point of a at a point of b, or of the world: a hinge in the plane, a ball joint in space.
-
-        Parameters
-        ----------
-        name : unlike that of any other joint
-        a, b : bodies; without b the world itself
-        point : (d,) place of the world where both are held now [m]; or
-        anchor_a, anchor_b : (d,) points in the axes of the bodies' shapes, from the shapes' origins [m]; of
-            the world a place [m]; where one is left out, it is where the other is
-        collide : whether a and b collide with each other
-
-        Raises
-        ------
-        BuildError
-            Naming joint, field, value and remedy; anchors that are more than 1 % of the bodies' size apart
-            are refused, smaller distances are closed by the first step. Nothing is added then.
-
-        Constraint and rows: theory chapter 9.
-        """
-        return self._join({"kind": "point", **{k: v for k, v in locals().items() if k != "self"}})
-
-    def add_distance_joint(
-        self,
-        name: str,
-        a: str | Body,
-        b: str | Body | None = None,
-        *,
-        anchor_a: Any = None,
-        anchor_b: Any = None,
-        length: float | None = None,
-        collide: bool = False,
-    ) -> Joint:
-        """Keeps the distance of two points, as a rod without mass does.
-
-        Parameters
-        ----------
-        anchor_a, anchor_b : as for `add_point_joint`; the centres of mass when absent
-        length : [m]; the present distance when absent
-
-        Raises
-        ------
-        BuildError
-            As `add_point_joint`.
-        """
-        return self._join({"kind": "distance", **{k: v for k, v in locals().items() if k != "self"}})
-
-    def add_fixed_joint(
-        self,
-        name: str,
-        a: str | Body,
-        b: str | Body | None = None,
-        *,
-        point: Any = None,
-        anchor_a: Any = None,
-        anchor_b: Any = None,
-        collide: bool = False,
-    ) -> Joint:
-        """Keeps the present relative pose of a and b, or of a and the world, as a weld does.
-
-        Parameters
-        ----------
-        point, anchor_a, anchor_b : where its force acts, as for `add_point_joint`; a's centre of mass when
-            all are absent
-
-        Raises
-        ------
-        BuildError
-            As `add_point_joint`, and for bodies that nothing turns.
-        """
-        return self._join({"kind": "fixed", **{k: v for k, v in locals().items() if k != "self"}})
-
-    def _join(self, given: dict[str, Any]) -> Joint:
-        bodies = {key: g.name if isinstance(g := given[key], Body) else g for key in ("a", "b")}
-        given = given | bodies
-        with attributed(given):
-            self._native.add_joint(given["name"], joint_arguments(given, self._space))
-        return Joint(self, given["name"])
-
-    def remove_joint(self, name: str | Joint) -> None:
-        """Removes a joint.
-
-        Raises
-        ------
-        BuildError
-            When there is no such joint.
-        """
-        self._native.remove_joint(name.name if isinstance(name, Joint) else name)
-
-    @property
-    def joints(self) -> dict[str, Joint]:
-        """The joints by name, in the order in which they were added."""
-        return {name: Joint(self, name) for name in self._native.joint_names()}
-
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the bodies in the order of their rows."""
@@ -478,103 +375,6 @@ class World(Judged):
 
     def __iter__(self) -> Iterator[Body]:
         return (Body(self, name) for name in self.names)
-
-    # --- arrays over all bodies ---
-
-    @property
-    def position(self) -> Floats:
-        """(n, d) float64 view, centres of mass [m]; valid and writable until dropped."""
-        array: Floats = self._native.view(POSITION)
-        return array
-
-    @position.setter
-    def position(self, value: npt.ArrayLike) -> None:
-        self._fill(self.position, "position", value)
-
-    @property
-    def rotation(self) -> Floats:
-        """(n, 2) [cos, sin] | (n, 4) [w, x, y, z] float64 view; length 1 is restored by the next step."""
-        array: Floats = self._native.view(ROTATION)
-        return array
-
-    @rotation.setter
-    def rotation(self, value: npt.ArrayLike) -> None:
-        self._fill(self.rotation, "rotation", value)
-
-    @property
-    def velocity(self) -> Floats:
-        """(n, d) float64 view, velocities of the centres of mass [m/s]; static bodies must keep 0."""
-        array: Floats = self._native.view(VELOCITY)
-        return array
-
-    @velocity.setter
-    def velocity(self, value: npt.ArrayLike) -> None:
-        self._fill(self.velocity, "velocity", value)
-
-    @property
-    def angular_velocity(self) -> Floats:
-        """(n,) | (n, 3) float64 view, world axes [rad/s]; static bodies must keep 0."""
-        array: Floats = self._native.view(ANGULAR_VELOCITY)
-        return array[:, 0] if self._space.is_planar else array
-
-    @angular_velocity.setter
-    def angular_velocity(self, value: npt.ArrayLike) -> None:
-        self._fill(self.angular_velocity, "angular_velocity", value)
-
-    @staticmethod
-    def _fill(view: Floats, field: str, value: npt.ArrayLike) -> None:
-        try:
-            array = np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            array = np.zeros(0)
-        if array.shape != view.shape:
-            raise refused(None, field, f"must be a {view.shape} array", value, "give a row for each body")
-        view[...] = array
-
-    @property
-    def mass(self) -> Floats:
-        """(n,) float64 array [kg]; inf for bodies that forces do not move."""
-        return frozen(self._native.masses())
-
-    # --- loads ---
-
-    def add_force(self, name: str, function: Force) -> None:
-        """Adds a force field, or replaces the one of this name.
-
-        Parameters
-        ----------
-        function : called at least once per step with the time [s] and copies of positions (n, d) [m] and
-            velocities (n, d) [m/s]; returns forces (n, d) [N] at the centres of mass, or a dictionary with
-            "force" and "torque" ((n,) | (n, 3) [N m]). Rows of static and kinematic bodies are ignored. An
-            exception that it raises comes out of `step`, and the step is not taken. It should depend on its
-            arguments alone: an integrator may ask several times in a step.
-
-        Raises
-        ------
-        BuildError
-            When `function` cannot be called.
-        """
-        if not callable(function):
-            raise refused(None, "function", "must be callable", function, "give f(time, position, velocity)")
-        self._native.add_force(name, loads(name, function, self._space))
-        self._forces[name] = function
-
-    def remove_force(self, name: str) -> None:
-        """Removes a force field.
-
-        Raises
-        ------
-        BuildError
-            When there is none of this name.
-        """
-        if not self._native.remove_force(name):
-            raise unknown("force field", name, list(self._forces))
-        self._forces.pop(name, None)
-
-    @property
-    def forces(self) -> tuple[str, ...]:
-        """Names of the force fields, in the order they act."""
-        return tuple(self._native.force_fields())
 
     # --- motion ---
 
@@ -698,115 +498,6 @@ class World(Judged):
         """The present state and the contacts of the last step as one frame."""
         self._late_error = None
         return chunk_of(self._native.frame(), self._space, len(self))
-
-    # --- what is known of the state ---
-
-    @property
-    def contacts(self) -> Records:
-        """Contacts of the last step: a structured array, empty before the first.
-
-        Fields
-        ------
-        a, b : rows of the two bodies
-        id : names the contact from step to step
-        point, normal : (d,) at the step's start [m]; unit normal from b to a
-        gap : distance of the surfaces at the step's start [m], negative for overlap
-        normal_impulse : on a along the normal, over the whole step [N s]
-        friction_impulse : (d,) on a, world axes [N s]
-        slip : (d,) velocity of a's point against b's across the normal, after the step [m/s]
-        status : index into ``carom.CONTACT_STATUS``: apart, sticks, slips, strikes
-        friction : coefficient of the pair [1]
-        impact_impulse : (d,) what of the impulse is the impacts' at the step's start, on a, world axes [N s]
-        kick_normal : (d,) unit normal with which the persistent contact acted
-        kick_arm : (d,) from a's centre of mass to the point where it acted [m]; 0 for none
-        moment : (1 | 3,) rolling and spinning friction on a, world axes, over the whole step [N m s]
-        """
-        packed: Records = self._native.contacts().view(self._space.contact_type)
-        return packed
-
-    @property
-    def event_log(self) -> Records:
-        """What the contacts did in the last step, act by act: a structured array, empty before the first step
-        and for the scheme "fixed_step".
-
-        Fields
-        ------
-        act : number of the flow or round of impacts that it is part of; those of one body increase with time
-        kind : index into ``carom.EVENT_KINDS``: flow, flow_to_end (friction against the slip at its end),
-            impact, rest_cut (an approach too slow to bounce), fallback_impact, fallback_flow, slowed and
-            closing (plastic arrivals within the step)
-        time, length : when it began, how long it lasted [s]; 0 for impacts
-        a, b : rows of the two bodies
-        id : names the contact from step to step
-        point, normal : (d,) where it acted, half-way through a flow [m]; unit normal from b to a there
-        arm_a, arm_b : (d,) from the centres of mass to where the impulse acted [m]
-        gap : when it began [m]
-        impulse : (d,) on a, world axes [N s]
-        moment : (1 | 3,) rolling and spinning friction on a, world axes [N m s]
-        friction, restitution, tangential_restitution : coefficients of the pair [1]
-        """
-        packed: Records = self._native.events().view(self._space.event_type)
-        return packed
-
-    @property
-    def energy(self) -> dict[str, float]:
-        """Energies of all dynamic bodies [J]; potential is zero at the world's origin."""
-        translational, rotational, potential = self._native.energy()
-        return {
-            "kinetic_translational": translational,
-            "kinetic_rotational": rotational,
-            "potential": potential,
-            "total": translational + rotational + potential,
-        }
-
-    @property
-    def momentum(self) -> Floats:
-        """(d,) float64 array, sum of m v [kg m/s]."""
-        return frozen(np.array(self._native.momenta()[0]))
-
-    @property
-    def angular_momentum(self) -> Any:
-        """Sum of x x p + I w about the world's origin, a float | (3,) float64 array [kg m^2/s]."""
-        return self._space.plain_spin(self._native.momenta()[1])
-
-    @property
-    def ledger(self) -> dict[str, float]:
-        """Work by cause since the world began, and the closure [J]."""
-        return dict(zip(_carom.LEDGER_LINES, self._native.ledger(), strict=True))
-
-    @property
-    def ledger_groups(self) -> dict[str, tuple[str, ...] | None]:
-        """Groups of bodies with books of their own: names of their bodies by group, None for all that move.
-
-        Setting them begins their books anew; ``{}`` ends them. Each step's report then has energy, momentum
-        and angular momentum by cause for each group (``report.groups``), `group_ledgers` their sums. Groups
-        may overlap; those that divide the world add up to it. Snapshots do not have them.
-
-        Raises
-        ------
-        BuildError
-            For a group's name that is empty, or a body that is not there, named twice or an obstacle; the old
-            groups stay then.
-        """
-        return {name: None if of is None else tuple(of) for name, of in self._native.groups()}
-
-    @ledger_groups.setter
-    def ledger_groups(self, groups: Mapping[str, Iterable[str] | None]) -> None:
-        remedy = "give names of groups, each with names of bodies or None, e.g. {'pile': ['box1', 'box2']}"
-        if not isinstance(groups, Mapping):
-            raise refused(None, "ledger_groups", "must be a mapping", groups, remedy)
-        told: list[tuple[str, list[str] | None]] = []
-        for name, of in groups.items():
-            plain = None if of is None or isinstance(of, str) else [str(body) for body in of]
-            if isinstance(of, str) or not isinstance(name, str):
-                raise refused(None, "ledger_groups", "must name lists of bodies", groups, remedy)
-            told.append((name, plain))
-        self._native.set_groups(told)
-
-    @property
-    def group_ledgers(self) -> dict[str, GroupReport]:
-        """Books of the `ledger_groups` since these were set; energies and momenta after the last step."""
-        return {group.name: group for group in map(GroupReport._told, self._native.group_ledgers())}
 
     # --- snapshots ---
 
