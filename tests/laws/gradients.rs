@@ -1,5 +1,5 @@
 //! Gradients of rollouts (theory chapter 10): closed forms of case C34, and every kind of input against central
-//! differences of fourth order, in scenes that slide, stop, roll, bounce, collide, tumble and stand. Differences are
+//! differences of fourth order (long because each kind of input and of scene is one law of the same form), in scenes that slide, stop, roll, bounce, collide, tumble and stand. Differences are
 //! taken of the engine's own runs, steps of 1e-4, where they are good to about 1e-9.
 
 use crate::harness::*;

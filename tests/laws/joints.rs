@@ -1,5 +1,6 @@
 //! Joints: gaps that stay closed, energies in a band, periods, reactions and losses against closed forms, in both schemes
-//! (theory chapter 9). Each law runs in the plane and in space.
+//! (theory chapter 9). Each law runs in the plane and in space. Long because the mechanisms and their reference solutions
+//! stand once, beside all laws that use them.
 
 use crate::harness::*;
 use carom::{

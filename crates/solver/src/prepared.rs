@@ -276,7 +276,8 @@ impl<S: Space> Prepared<S> {
             r.apply(m, v);
         }
     }
-    /// J u - target of every scalar row after the impulses, in the order of `Impulses::flat`. This is A gamma - b, formed on the bodies: impulses that nearly cancel lose no digits.
+    /// J u - target of every scalar row after the impulses, in the order of `Impulses::flat`. This is A gamma - b,
+    /// formed on the bodies: impulses that nearly cancel lose no digits.
     pub fn velocity_errors(&self, problem: &ContactProblem<S>, impulses: &Impulses<S>) -> Vec<f64> {
         let mut after = problem.velocities.clone();
         self.apply(impulses, &mut after);

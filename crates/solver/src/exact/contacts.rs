@@ -67,7 +67,8 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
             self.keep_better(problem, &mut outcome, impulses);
             return outcome;
         }
-        if let Some(outcome) = self.at_once(problem, settings, impulses) {
+        let any = settings.impulses == ImpulseChoice::Any;
+        if let Some(outcome) = any.then(|| self.at_once(problem, settings, impulses)).flatten() {
             return outcome;
         }
         let smooth = problem.contacts.iter().all(|c| c.friction == 0.0);
