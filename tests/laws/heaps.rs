@@ -13,6 +13,7 @@ in_plane_and_space!(
     a_stack_stands_though_its_arrivals_have_no_moments,
     a_sliding_block_stops_within_the_order_of_the_step,
     a_heap_of_plastic_balls_neither_overlaps_nor_gains,
+    a_row_longer_than_the_rounds_of_looking_moves_on,
     an_elastic_ball_still_bounces_at_its_moment,
 );
 
@@ -100,6 +101,31 @@ pub fn a_heap_of_plastic_balls_neither_overlaps_nor_gains<S: Dimension>() {
     at_most(gain / start, 1e-9, "gain in a step [1]");
     at_most(w.ledger().closure.abs() / start, 1e-12, "closure [1]");
     assert!(w.energy().total() < 0.7 * start, "the heap has spread");
+}
+
+/// A fast ball at the end of a row whose gaps close one after the other: who comes in shows only once the one before is
+/// slowed, farther along than there are rounds of looking. Every one of them must have moved by the step's end.
+pub fn a_row_longer_than_the_rounds_of_looking_moves_on<S: Dimension>() {
+    for count in [12, 60, 160] {
+        let mut settings = within_the_step::<S>(0.01);
+        settings.gravity = S::at(0.0, 0.0);
+        let mut w = world::<S>(settings);
+        let speed = f64::from(count);
+        for k in 0..count {
+            let ball = BodySpec::heavy(S::ball(0.1), 1.0).at(S::at(0.2001 * f64::from(k), 0.0));
+            let ball = ball.moving(S::at(if k == 0 { speed } else { 0.0 }, 0.0));
+            add(&mut w, &format!("ball {k}"), ball.friction(0.0).restitution(0.0));
+        }
+        let center = |w: &World<S>| {
+            w.bodies().motion.position.iter().map(|p| S::along(*p)).sum::<f64>() / f64::from(count)
+        };
+        for _ in 0..3 {
+            let before = center(&w);
+            w.step(0.01).expect("possible");
+            close(center(&w) - before, 0.01, 1e-12, "way of the center of mass [m]");
+        }
+        at_most(w.energy().kinetic(), 0.5 * speed * speed, "no gain [J]");
+    }
 }
 
 /// What bounces is no plastic arrival: case C6's heights hold as ever.

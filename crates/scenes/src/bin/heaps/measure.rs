@@ -2,7 +2,7 @@
 //! measured at step ends from places and shapes alone.
 
 use crate::task::{Aim, Choice, Task};
-use carom::{Column, Events, Spatial, StepError, StepReport, Vec3, World3};
+use carom::{Column, Events, Motion, Spatial, StepError, StepReport, Vec3, World3};
 use carom_scenes::judge::{Judge, Overlap};
 use std::time::{Duration, Instant};
 
@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 const GAIN: f64 = 1e-8;
 const CLOSURE: f64 = 1e-12;
 const OVERLAP: f64 = 1e-6;
+/// How far a body that nothing touches may be from where its fall leads in a step \[m\].
+const FALL: f64 = 1e-12;
 /// Farthest that a body of what stands may get from where it began \[m\].
 const WAY: f64 = 1e-9;
 /// Speed of a surface below which a body may rest \[m/s\], and for how long it must stay there to do so \[s\].
@@ -53,6 +55,8 @@ pub struct Measurement {
     pub overlap: Worst<Overlap>,
     /// Energy that the ledger does not explain, over the energy at the start \[1\].
     pub closure: f64,
+    /// How far a body that nothing touched was from where its fall led in a step \[m\].
+    pub fall: Worst<f64>,
     /// The ledger's lines of projection and of rests of steps taken at once, over the energy at the start \[1\].
     pub lines: [f64; 2],
     /// What happened.
@@ -129,6 +133,7 @@ impl Measurement {
             ("gain", self.gain.value <= GAIN),
             ("overlap", self.overlap.value.over_size <= OVERLAP),
             ("closure", self.closure.abs() <= CLOSURE),
+            ("fall", self.fall.value <= FALL),
             ("no cap", self.capped_steps == 0),
         ];
         match self.task.aim() {
@@ -174,6 +179,7 @@ impl Run {
             gain: Worst { value: f64::NEG_INFINITY, step: 0 },
             overlap: Worst::default(),
             closure: 0.0,
+            fall: Worst::default(),
             lines: [0.0; 2],
             events: Events::default(),
             capped_steps: 0,
@@ -197,6 +203,7 @@ impl Run {
 
     /// Takes a step; long solves ask whether the time is over.
     fn step(&mut self, is_over: &dyn Fn() -> bool) -> Result<(), StepError> {
+        let before = self.world.bodies().motion.clone();
         let (begun, cpu) = (Instant::now(), processor_seconds());
         let taken = self.world.step_watched(self.found.choice.dt, &mut |_| !is_over());
         let mut took = begun.elapsed().as_secs_f64();
@@ -210,6 +217,7 @@ impl Run {
         }
         self.take(&taken?);
         self.look();
+        self.look_at_falls(&before);
         Ok(())
     }
 
@@ -248,6 +256,24 @@ impl Run {
         found.way = dynamic().map(|i| (motion.position[i] - self.start[i]).norm()).fold(found.way, f64::max);
         self.slow_since = if found.fastest <= SLOW { self.slow_since.or(Some(found.time)) } else { None };
         found.rest = self.slow_since.filter(|since| found.time - since >= LONG);
+    }
+
+    /// Looks whether what nothing touched fell as it must: a step that forgets to move bodies keeps every other book.
+    fn look_at_falls(&mut self, before: &Motion<Spatial>) {
+        let (bodies, dt) = (self.world.bodies(), self.found.choice.dt);
+        let found = &mut self.found;
+        let mut falls: Vec<bool> = (0..bodies.len()).map(|i| bodies.is_dynamic(i)).collect();
+        for t in self.world.touches() {
+            (falls[t.a], falls[t.b]) = (false, false);
+        }
+        let gravity = self.world.settings().gravity;
+        for i in (0..bodies.len()).filter(|&i| falls[i]) {
+            let way = before.velocity[i] * dt + gravity * (0.5 * dt * dt);
+            let off = (bodies.motion.position[i] - before.position[i] - way).norm();
+            if is_worse(off, found.fall.value) {
+                found.fall = Worst { value: off, step: found.steps };
+            }
+        }
     }
 }
 
@@ -290,6 +316,7 @@ mod tests {
         assert_eq!(off(&|m| m.gain.value = f64::NAN), ["gain"]);
         assert_eq!(off(&|m| m.overlap.value = deep), ["overlap"]);
         assert_eq!(off(&|m| m.closure = -1.1 * CLOSURE), ["closure"]);
+        assert_eq!(off(&|m| m.fall.value = 1.1 * FALL), ["fall"]);
         assert_eq!(off(&|m| m.capped_steps = 1), ["no cap"]);
         assert_eq!(off(&|m| m.way = 1.1 * WAY), ["stands"]);
         for end in [End::Limit, End::UnderWay, End::Failed("why".into())] {
@@ -308,6 +335,20 @@ mod tests {
         assert_eq!((pour.steps, &pour.end, missed(&pour)), (1, &End::Limit, vec![]));
         pour.end = End::UnderWay;
         assert_eq!(missed(&pour), ["to the end"]);
+    }
+
+    #[test]
+    fn a_body_in_the_air_that_a_step_did_not_move_is_seen() {
+        let choice = Task::Bin.usual();
+        let mut run = Run::new(Task::Bin, &choice, Task::Bin.world(&choice).expect("builds"));
+        for _ in 0..3 {
+            run.step(&|| false).expect("possible");
+        }
+        let fell = run.found.fall;
+        assert!(fell.value <= FALL, "{fell:?}");
+        let forgotten = run.world.bodies().motion.clone();
+        run.look_at_falls(&forgotten);
+        assert!(run.found.fall.value > 100.0 * FALL, "{:?}", run.found.fall);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::path::Path;
 const FILE: &str = "heaps.csv";
 /// Columns of the file; the first five say what ran.
 const COLUMNS: &str = "task,bodies,dt,tolerance,plastic_arrivals,time,seconds,cpu_seconds,cpu_per_simulated_second,\
-longest_step,steps,largest_gain,overlap_over_size,closure,projection,fallback,capped_steps,fallbacks,events,impacts,residual_max,\
+longest_step,steps,largest_gain,overlap_over_size,closure,fall,projection,fallback,capped_steps,fallbacks,events,impacts,residual_max,\
 kinetic_end,fastest_end,rest_since,farthest,contacts_end,contacts_max,verdict";
 /// Columns that a run is known by.
 const KEY: usize = 5;
@@ -60,7 +60,7 @@ pub fn lines(m: &Measurement) -> String {
     format!(
         "{}: {} bodies, dt {:.5} s, tolerance {:e}, plastic arrivals {}\n  \
          {:.3} s simulated in {} steps; {:.1} s, {} s on the processor: {:.2} a simulated second, {:.2} the longest step ({})\n  \
-         largest gain {:.1e} E0 (step {}), closure {:.1e} E0, projection {:.1e} E0, fallback {:.1e} E0\n  \
+         largest gain {:.1e} E0 (step {}), closure {:.1e} E0, projection {:.1e} E0, fallback {:.1e} E0; falls to {:.1e} m\n  \
          deepest overlap {:.1e} of the size, {:.1e} m (step {}, bodies {:?})\n  \
          {} capped steps, {} fallbacks, {} events, {} impacts, residual {:.1e} m/s\n  \
          at the end {:.1e} J, {:.1e} m/s, {} contacts (most {}); at rest since {} s; farthest {:.1e} m\n  {}",
@@ -81,6 +81,7 @@ pub fn lines(m: &Measurement) -> String {
         m.closure,
         m.lines[0],
         m.lines[1],
+        m.fall.value,
         overlap.over_size,
         overlap.depth,
         m.overlap.step,
@@ -118,6 +119,7 @@ fn row(m: &Measurement) -> String {
         exact(m.gain.value),
         exact(m.overlap.value.over_size),
         exact(m.closure),
+        exact(m.fall.value),
         exact(m.lines[0]),
         exact(m.lines[1]),
         m.capped_steps.to_string(),
@@ -173,7 +175,10 @@ mod tests {
     fn rows_have_the_columns_and_a_verdict_on_each_demand() {
         let mut m = short(Task::Kapla);
         assert_eq!(row(&m).split(',').count(), COLUMNS.split(',').count());
-        assert_eq!(verdict(&m), "gain met; overlap met; closure met; no cap met; stands met; to the end met");
+        assert_eq!(
+            verdict(&m),
+            "gain met; overlap met; closure met; fall met; no cap met; stands met; to the end met"
+        );
         m.end = End::Failed("a, b".into());
         assert_eq!(row(&m).split(',').count(), COLUMNS.split(',').count());
         assert!(verdict(&m).starts_with("step 2 failed: a; b; gain met"));

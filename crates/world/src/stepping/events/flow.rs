@@ -60,6 +60,7 @@ impl<S: Geometry> Together<'_, S> {
         last.touches = touches;
         self.book(&last.problem, &last.impulses, &before, &after, time);
         self.finish(&start.position, &before, &after, time);
+        self.moved += time;
         let mut new = active.fresh.clone();
         for (c, u) in last.problem.contacts.iter().zip(approaches) {
             if flips(u, c.relative_velocity(&before).0, self.limits) {

@@ -99,6 +99,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             limits: &common.limits,
             time: common.time,
             moment,
+            moved: 0.0,
             ledger: Ledger::default(),
             accounts,
             joints: Vec::new(),

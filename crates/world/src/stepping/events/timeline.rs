@@ -309,6 +309,8 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     pub(super) fn enter(&mut self, at: Together<'a, S>, start: Saved<S>, active: Active<S>, course: Course) {
         let number = self.islands.len();
         let Course { begin, time, until, stick, before, events, stops, stopping, islands } = course;
+        let over = OVER * self.common.limits.dt;
+        debug_assert!((at.moved - time).abs() <= over, "moved by {} s for a flow of {time} s", at.moved);
         for (k, &i) in at.members.iter().enumerate() {
             if self.bodies.is_dynamic(i) {
                 let (s, e) = (state(start.motion(), k), state(&at.bodies.motion, k));

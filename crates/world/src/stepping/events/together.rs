@@ -44,6 +44,8 @@ pub struct Together<'a, S: Geometry> {
     pub time: f64,
     /// When they were gathered, from the step's start \[s\].
     pub moment: f64,
+    /// How long they have moved since \[s\].
+    pub moved: f64,
     /// Lines of what has been done with them.
     pub ledger: Ledger,
     /// The same body by body, where that is asked for.
@@ -118,6 +120,7 @@ impl<S: Geometry> Default for LastFlow<S> {
 /// What a trial flow may have to give back.
 pub struct Saved<S: Geometry> {
     motion: Motion<S>,
+    moved: f64,
     ledger: Ledger,
     accounts: Accounts<S>,
     joints: Vec<JointImpulse<S>>,
@@ -186,13 +189,14 @@ impl<S: Geometry> Together<'_, S> {
     pub fn save(&self) -> Saved<S> {
         let (motion, pressed) = (self.bodies.motion.clone(), self.pressed.clone());
         let (accounts, joints) = (self.accounts.clone(), self.joints.clone());
-        let worst = self.worst[0].clone();
-        Saved { motion, ledger: self.ledger, accounts, joints, pressed, worst }
+        let (moved, worst) = (self.moved, self.worst[0].clone());
+        Saved { motion, moved, ledger: self.ledger, accounts, joints, pressed, worst }
     }
 
     /// Takes a trial flow back, its lines in the ledger and its solves included.
     pub fn restore(&mut self, saved: &Saved<S>) {
         self.bodies.motion.copy_from(&saved.motion);
+        self.moved = saved.moved;
         self.ledger = saved.ledger;
         self.accounts.clone_from(&saved.accounts);
         self.joints.clone_from(&saved.joints);
