@@ -7,9 +7,10 @@
 use super::contacts::Active;
 use super::flow::Stick;
 use super::push::Push;
-use super::rounds::Guess;
+use super::rounds::Rounds;
 use super::timeline::OVER;
-use super::together::{Halt, Saved, Together, Tools};
+use super::together::{Halt, Together, Tools};
+use crate::bodies::Motion;
 use crate::narrow_phase::{Touch, normal_velocity};
 use crate::observe::accounts::Cause;
 use crate::settings::PlasticArrivals;
@@ -21,6 +22,8 @@ use std::collections::BTreeSet;
 
 /// Rounds of looking for contacts that come in once others are slowed.
 const ROUNDS: usize = 8;
+/// Times that one looks for contacts which come in unseen before a flow is taken as it comes.
+const FLOW_ROUNDS: usize = 100;
 /// Rounds of a flow after which one looks for contacts that come in: places are known to a thousandth of the way then.
 const LOOK: usize = 2;
 /// How much nearer than freely bodies may come over |g| tau^2, where contacts hold one and not the other \[1\].
@@ -36,14 +39,6 @@ impl<S: Geometry> Default for Ahead<S> {
     fn default() -> Self {
         Ahead { touches: Vec::new(), names: BTreeSet::new() }
     }
-}
-
-/// What the first rounds of a flow came to that was not taken.
-pub struct Overtaken<S: Geometry> {
-    /// Contacts that come in unseen, as they were where the flow began.
-    pub coming: Vec<Touch<S>>,
-    /// What the rounds so far say.
-    pub guess: Guess<S>,
 }
 
 /// The impulse that slows contacts to these normal velocities \[m/s\].
@@ -106,61 +101,78 @@ impl<S: Geometry> Together<'_, S> {
         Ok(ahead.touches)
     }
 
-    /// Moves the set by a flow (length \[s\], contacts, friction), unless its first rounds show contacts that come in
-    /// unseen.
-    pub fn flow_unless_overtaken(
+    /// Moves the set by a flow of a length \[s\] with these contacts and all that come in unseen; gives them all. Where
+    /// they never end, the flow is taken as it comes, and that is counted.
+    pub fn flow_with_all(
         &mut self,
-        start: &Saved<S>,
-        (time, active, stick): (f64, &Active<S>, Stick),
-        guess: Option<Guess<S>>,
+        time: f64,
+        active: Active<S>,
+        stick: Stick,
         tools: &mut Tools<S>,
-    ) -> Result<Option<Overtaken<S>>, Halt> {
-        let mut rounds = self.begin_rounds(time, active, stick, guess);
-        for _ in 0..LOOK {
-            if self.round(&mut rounds, usize::MAX, tools)? {
-                return self.end_rounds(rounds).map(|()| None);
+    ) -> Result<Active<S>, Halt> {
+        let mut rounds = self.begin_rounds(time, active, stick);
+        let mut seen: Vec<Twist<S>> = Vec::new();
+        for _ in 0..FLOW_ROUNDS {
+            let mut settled = false;
+            for _ in 0..LOOK {
+                settled = settled || self.round(&mut rounds, tools)?;
             }
+            let mut coming = self.overtaken(&rounds, &mut seen);
+            if coming.is_empty() && !settled {
+                self.take_rounds(&mut rounds, tools)?;
+                coming = self.overtaken(&rounds, &mut seen);
+            }
+            if coming.is_empty() {
+                return self.end_rounds(rounds);
+            }
+            self.add_coming(&mut rounds, coming);
         }
-        let middle = self.bodies.motion.clone();
-        self.bring_to_end(&rounds.start.position, &rounds.before, &rounds.after, time);
-        let coming = self.overtaken(start, active, time);
-        if !coming.is_empty() {
-            return Ok(Some(Overtaken { coming, guess: rounds.guess() }));
-        }
-        self.bodies.motion.copy_from(&middle);
         self.take_rounds(&mut rounds, tools)?;
-        self.end_rounds(rounds).map(|()| None)
+        self.events.capped += 1;
+        self.end_rounds(rounds)
     }
 
-    /// Plastic contacts that did not act in a flow and overlap at its end, as they were where it began: features of
-    /// turning bodies come and go, so they need not have been there.
-    pub fn overtaken(&mut self, start: &Saved<S>, active: &Active<S>, time: f64) -> Vec<Touch<S>> {
+    /// Plastic contacts that do not act in a flow and overlap at its end, as they were where it began: features of
+    /// turning bodies come and go, so they need not have been there. Of bodies that fare as they did when one last
+    /// looked there is nothing new; `seen` holds how they did.
+    fn overtaken(&mut self, rounds: &Rounds<S>, seen: &mut Vec<Twist<S>>) -> Vec<Touch<S>> {
+        let Rounds { start, before, after, time, active, .. } = rounds;
+        let middle = self.bodies.motion.clone();
+        self.bring_to_end(&start.position, before, after, *time);
+        let fares_anew = |i: usize| seen.get(i) != Some(&after[i]);
         let mut found = Vec::new();
         for k in 0..self.pairs.len() {
-            self.find(self.pairs[k], 0.0, &mut found);
-        }
-        let mut missed = Vec::new();
-        for t in &found {
-            let plastic = t.restitution == 0.0
-                || normal_velocity(&self.bodies, t) > -self.limits.rest_speed_of(t.restitution);
-            if plastic && t.gap < -self.limits.arrived && active.names.binary_search(&t.id).is_err() {
-                let way = |i: usize| {
-                    let arm = t.point - self.bodies.motion.position[i];
-                    let (v, w) = (start.motion().twist(i), self.bodies.motion.twist(i));
-                    (v.at(arm) + w.at(arm)) * (0.5 * time)
-                };
-                let (way_a, way_b) = (way(t.a), way(t.b));
-                // a feature that was not there had no gap; what a straight way back makes of it is none below zero
-                let gap = (t.gap - t.normal.dot(way_a - way_b)).max(0.0);
-                let back = match (self.bodies.is_dynamic(t.a), self.bodies.is_dynamic(t.b)) {
-                    (true, true) => (way_a + way_b) * 0.5,
-                    (true, false) => way_a,
-                    (false, _) => way_b,
-                };
-                missed.push(Touch { gap, point: t.point - back, ..*t });
+            let (a, b) = self.pairs[k];
+            if fares_anew(a) || fares_anew(b) {
+                self.find((a, b), 0.0, &mut found);
             }
         }
+        seen.clone_from(after);
+        let missed = found.iter().filter(|t| {
+            let plastic = t.restitution == 0.0
+                || normal_velocity(&self.bodies, t) > -self.limits.rest_speed_of(t.restitution);
+            plastic && t.gap < -self.limits.arrived && active.names.binary_search(&t.id).is_err()
+        });
+        let missed = missed.map(|t| self.back_at_start(t, start, *time)).collect();
+        self.bodies.motion.copy_from(&middle);
         missed
+    }
+
+    /// A contact at a flow's end as it was where the flow began, by the mean of the velocities there and here.
+    fn back_at_start(&self, t: &Touch<S>, start: &Motion<S>, time: f64) -> Touch<S> {
+        let way = |i: usize| {
+            let arm = t.point - self.bodies.motion.position[i];
+            (start.twist(i).at(arm) + self.bodies.motion.twist(i).at(arm)) * (0.5 * time)
+        };
+        let (way_a, way_b) = (way(t.a), way(t.b));
+        // a feature that was not there had no gap; what a straight way back makes of it is none below zero
+        let gap = (t.gap - t.normal.dot(way_a - way_b)).max(0.0);
+        let back = match (self.bodies.is_dynamic(t.a), self.bodies.is_dynamic(t.b)) {
+            (true, true) => (way_a + way_b) * 0.5,
+            (true, false) => way_a,
+            (false, _) => way_b,
+        };
+        Touch { gap, point: t.point - back, ..*t }
     }
 
     /// Appends the plastic contacts that close within a time \[s\] if bodies go on from these velocities freely.

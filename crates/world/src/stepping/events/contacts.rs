@@ -15,6 +15,7 @@ use carom_solver::Partition;
 const FRESH: f64 = 1e-3;
 
 /// The contacts of a flow.
+#[derive(Clone)]
 pub struct Active<S: Geometry> {
     /// Their places at its start.
     pub touches: Vec<Touch<S>>,
@@ -30,6 +31,14 @@ impl<S: Geometry> Active<S> {
     /// No contacts.
     pub fn none() -> Self {
         Active { touches: Vec::new(), closing: Vec::new(), names: Vec::new(), fresh: Vec::new() }
+    }
+    /// Adds others, none of which is here.
+    pub fn add(&mut self, others: Active<S>) {
+        self.touches.extend(others.touches);
+        self.closing.extend(others.closing);
+        self.fresh.extend(others.fresh);
+        self.names.extend(others.names);
+        self.names.sort_unstable();
     }
     /// The contacts between a part of a set's bodies, in the part's indices; both sets are given by their members.
     pub fn of(&self, members: &[usize], part: &[usize]) -> Active<S> {

@@ -11,6 +11,7 @@ use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
 use crate::integrate::turn_freely;
 use crate::observe::accounts::{Cause, Mark, Motive};
+use crate::observe::report::SolveReport;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
 use carom_solver::{ContactProblem, Impulses, Twist};
@@ -43,16 +44,19 @@ impl<S: Geometry> Together<'_, S> {
         stick: Stick,
         tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
-        let mut rounds = self.begin_rounds(time, active, stick, None);
+        let mut rounds = self.begin_rounds(time, active.clone(), stick);
         self.take_rounds(&mut rounds, tools)?;
-        self.end_rounds(rounds)
+        self.end_rounds(rounds).map(|_| ())
     }
 
-    /// Brings the set to the flow's end, books and remembers it.
-    pub fn end_rounds(&mut self, rounds: Rounds<S>) -> Result<(), Halt> {
-        let Rounds {
-            time, active, start, approaches, before, after, touches, mut last, held, jointed, ..
-        } = rounds;
+    /// Brings the set to the flow's end, books and remembers it; gives back its contacts.
+    pub fn end_rounds(&mut self, rounds: Rounds<S>) -> Result<Active<S>, Halt> {
+        let Rounds { time, active, start, approaches, before, after, touches, .. } = rounds;
+        let Rounds { mut last, held, jointed, mut clusters, .. } = rounds;
+        if let Some(report) = clusters.report(touches.len()) {
+            let worst = report.worst.map(|(a, b)| (self.members[a], self.members[b]));
+            self.keep(0, SolveReport { worst, ..report }, "contact")?;
+        }
         if jointed {
             self.check_held(&held, self.joint_names)?;
             self.keep_joints(&last.problem, &last.impulses);
@@ -68,7 +72,7 @@ impl<S: Geometry> Together<'_, S> {
             }
         }
         self.remember(last, &new);
-        Ok(())
+        Ok(active)
     }
 
     /// Free rotation of all bodies; what it does to the energy is the integrator's line.

@@ -10,12 +10,12 @@ use carom_math::Column;
 use carom_solver::{ContactProblem, Twist};
 
 impl<S: Geometry> Together<'_, S> {
-    /// True when a body that is no ball takes part in a contact and turns, or may.
-    pub fn turns_on_corners(&self, active: &[Touch<S>]) -> bool {
+    /// For each contact whether a body that is no ball takes part and turns, or may.
+    pub fn turning_corners(&self, active: &[Touch<S>]) -> Vec<bool> {
         let spin = &self.bodies.motion.angular_velocity;
         let turns = |i: usize| self.bodies.is_dynamic(i) || spin[i] != S::Spin::ZERO;
         let corners = |i: usize| self.bodies.data[i].turning_arm > 0.0 && turns(i);
-        active.iter().any(|t| corners(t.a) || corners(t.b))
+        active.iter().map(|t| corners(t.a) || corners(t.b)).collect()
     }
 
     /// Places at a flow's end, from those half-way.
@@ -28,11 +28,16 @@ impl<S: Geometry> Together<'_, S> {
         }
     }
 
-    /// The gaps of contacts where the bodies are now; `None` for one that is no more.
-    pub fn gaps_of(&mut self, active: &[Touch<S>]) -> Vec<Option<f64>> {
+    /// The gaps of contacts where the bodies are now; `None` for one that is no more, or not asked for.
+    pub fn gaps_of(&mut self, active: &[Touch<S>], asked: &impl Fn(usize) -> bool) -> Vec<Option<f64>> {
         let mut gaps = Vec::with_capacity(active.len());
         let mut found: Vec<Touch<S>> = Vec::new();
         for pair in active.chunk_by(|s, t| (s.a, s.b) == (t.a, t.b)) {
+            let known = gaps.len();
+            if !(known..known + pair.len()).any(asked) {
+                gaps.resize(known + pair.len(), None);
+                continue;
+            }
             let (a, b) = (pair[0].a, pair[0].b);
             let near_by = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
             found.clear();
@@ -42,7 +47,7 @@ impl<S: Geometry> Together<'_, S> {
         gaps
     }
 
-    /// Corrects the targets of a flow so that gaps at its end are what they shall be; the largest error corrected \[m\].
+    /// Corrects the targets of a flow so that gaps at its end are what they shall be; the errors corrected \[m\].
     pub fn keep_gaps(
         &self,
         problem: &ContactProblem<S>,
@@ -50,8 +55,8 @@ impl<S: Geometry> Together<'_, S> {
         (active, closing, gaps): (&[Touch<S>], &[f64], &[Option<f64>]),
         time: f64,
         targets: &mut [f64],
-    ) -> f64 {
-        let mut largest = 0.0_f64;
+    ) -> Vec<f64> {
+        let mut corrected = vec![0.0; active.len()];
         for (k, contact) in problem.contacts.iter().enumerate() {
             let Some(gap) = gaps[k].filter(|_| closing[k] > 0.0) else { continue };
             let wanted = (active[k].gap - closing[k] * time).max(-self.limits.arrived);
@@ -61,9 +66,9 @@ impl<S: Geometry> Together<'_, S> {
             if off < -self.limits.arrived || (held && off > self.limits.arrived) {
                 // never apart: a row that closes takes energy, and what it leaves is projected
                 targets[k] = (sum - 2.0 * off / time).min(0.0);
-                largest = largest.max(off.abs());
+                corrected[k] = off.abs();
             }
         }
-        largest
+        corrected
     }
 }

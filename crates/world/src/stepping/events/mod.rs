@@ -8,6 +8,7 @@ mod ahead;
 mod aim;
 mod arrival;
 mod candidates;
+mod clusters;
 mod contacts;
 mod ending;
 mod fallback;

@@ -6,15 +6,12 @@ use super::contacts::Active;
 use super::flow::Stick;
 use super::tape::Gap;
 use super::timeline::{Course, Timeline, longest_flow, split};
-use super::together::{Halt, Saved, Together};
+use super::together::{Halt, Together};
 use crate::joint::mover;
 use crate::narrow_phase::Touch;
 use crate::settings::PlasticArrivals;
 use carom_geometry::Geometry;
 use carom_solver::Partition;
-
-/// Flows of a step's start until no contact comes in that was not seen; after them one is taken as it comes.
-const ROUNDS: usize = 100;
 
 impl<'a, S: Geometry> Timeline<'a, '_, S> {
     /// Lays out the first flows.
@@ -87,22 +84,28 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         let coming = at.brake(&touches, dt, &mut self.tools)?;
         self.keep(&at);
         let mut active = at.persisting(&touches);
+        active.expect(coming, dt);
         at.forget();
         let (before, start) = (at.pressed.clone(), at.save());
         if longest_flow(&at) < dt {
-            active.expect(coming, dt);
             return self.lay_out_each(&at, &active, 0.0, 0, 0);
         }
-        let stick = if at_once {
-            self.flow_with_all(&mut at, &mut active, &start, coming)?
+        let mut stick = if at_once { Stick::End } else { Stick::Mean };
+        if at_once {
+            active = at.flow_with_all(dt, active, stick, &mut self.tools)?;
+            if at.ledger.friction > 0.0 {
+                // where corners roll, the slip at the end is not what friction acts against; the mean slip is
+                at.restore(&start);
+                stick = Stick::Mean;
+                active = at.flow_with_all(dt, active, stick, &mut self.tools)?;
+            }
+            self.events.capped += std::mem::take(&mut at.events.capped);
         } else {
-            active.expect(coming, dt);
-            at.flow(dt, &active, Stick::Mean, &mut self.tools)?;
-            Stick::Mean
-        };
-        if !at_once && at.turns_slips(&start, &active) {
-            at.restore(&start);
-            return self.lay_out_each(&at, &active, 0.0, 0, 0);
+            at.flow(dt, &active, stick, &mut self.tools)?;
+            if at.turns_slips(&start, &active) {
+                at.restore(&start);
+                return self.lay_out_each(&at, &active, 0.0, 0, 0);
+            }
         }
         let islands = split(&at, &active).len();
         let (begin, time, until) = (0.0, dt, dt);
@@ -110,39 +113,6 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             Course { begin, time, until, stick, before, events: 0, stops: 0, stopping: false, islands };
         self.enter(at, start, active, course);
         Ok(())
-    }
-
-    /// Moves a set by the step, again with the contacts that come in unseen until none does; gives how friction held.
-    /// Where they never end, the last flow is taken as it comes, and that is counted.
-    fn flow_with_all(
-        &mut self,
-        at: &mut Together<'a, S>,
-        active: &mut Active<S>,
-        start: &Saved<S>,
-        mut coming: Vec<Touch<S>>,
-    ) -> Result<Stick, Halt> {
-        let dt = self.common.limits.dt;
-        let (mut stick, mut guess) = (Stick::End, None);
-        for _ in 0..ROUNDS {
-            active.expect(std::mem::take(&mut coming), dt);
-            let asked = (dt, &*active, stick);
-            if let Some(found) = at.flow_unless_overtaken(start, asked, guess.take(), &mut self.tools)? {
-                (coming, guess) = (found.coming, Some(found.guess));
-            } else if stick == Stick::End && at.ledger.friction > 0.0 {
-                // where corners roll, the slip at the end is not what friction acts against; the mean slip is
-                stick = Stick::Mean;
-            } else {
-                coming = at.overtaken(start, active, dt);
-                if coming.is_empty() {
-                    return Ok(stick);
-                }
-            }
-            at.restore(start);
-        }
-        active.expect(coming, dt);
-        self.events.capped += 1;
-        at.flow(dt, active, stick, &mut self.tools)?;
-        Ok(stick)
     }
 
     /// Lays out a flow for each island of a set at a moment.

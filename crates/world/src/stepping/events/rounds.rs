@@ -1,18 +1,18 @@
 //! The rounds of a flow: where contacts hold depends on the velocities, and these on where contacts hold. A round takes
 //! the contacts at the mean places that the last one led to, solves there, and finds the velocities of the next. Rounds
-//! before the last are solved only as well as their places are known.
+//! before the last are solved only as well as their places are known. Each cluster of bodies takes the rounds that it
+//! needs, and no more when contacts are added elsewhere.
 
+use super::clusters::{Cluster, Clusters};
 use super::contacts::Active;
 use super::flow::Stick;
 use super::joints::{self, Held};
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::bodies::Motion;
-use crate::narrow_phase::{Touch, normal_velocity};
-use crate::observe::report::SolveReport;
-use crate::warm_start::WarmStart;
+use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
 use carom_math::Column;
-use carom_solver::{ContactProblem, Twist};
+use carom_solver::{Contact, Impulse, Twist};
 
 /// Most rounds between places and velocities.
 const MOST: usize = 12;
@@ -26,11 +26,11 @@ const SHARE: f64 = 1e-2;
 const ONE_SIDE: f64 = 0.7;
 
 /// A flow in the making.
-pub struct Rounds<'a, S: Geometry> {
+pub struct Rounds<S: Geometry> {
     /// Its length \[s\].
     pub time: f64,
     /// Its contacts.
-    pub active: &'a Active<S>,
+    pub active: Active<S>,
     stick: Stick,
     /// Where the bodies were.
     pub start: Motion<S>,
@@ -50,82 +50,75 @@ pub struct Rounds<'a, S: Geometry> {
     pub held: Held<S>,
     /// True where there are joints.
     pub jointed: bool,
-    corners: bool,
-    /// Largest error of a gap at the end that had to be corrected \[m\].
-    off: f64,
-    /// How much the last change of places was over what may be \[1\].
-    change: f64,
-    /// Residual that the last round was solved to \[m/s\].
-    tolerance: f64,
-    /// True where the first round starts from the forces known.
-    warm: bool,
-    judged: Option<SolveReport>,
-    /// Rounds taken.
-    pub taken: usize,
-}
-
-/// What rounds may begin with: velocities at the end, and the forces that made them.
-pub struct Guess<S: Geometry> {
-    after: Vec<Twist<S>>,
-    forces: WarmStart<S>,
-}
-
-impl<S: Geometry> Rounds<'_, S> {
-    /// What the rounds so far say, as the beginning of others with more contacts.
-    pub fn guess(&self) -> Guess<S> {
-        let mut forces = WarmStart::default();
-        forces.store(&self.last.problem, &self.last.impulses, self.time);
-        Guess { after: self.after.clone(), forces }
-    }
+    /// What the contacts join, and how far that is.
+    pub clusters: Clusters,
+    /// True before the first round.
+    first: bool,
 }
 
 impl<S: Geometry> Together<'_, S> {
     /// Begins the rounds of a flow; bodies turn to its middle.
-    pub fn begin_rounds<'a>(
-        &mut self,
-        time: f64,
-        active: &'a Active<S>,
-        stick: Stick,
-        guess: Option<Guess<S>>,
-    ) -> Rounds<'a, S> {
+    pub fn begin_rounds(&mut self, time: f64, active: Active<S>, stick: Stick) -> Rounds<S> {
         let start = self.bodies.motion.clone();
-        let Active { touches, closing, .. } = active;
-        let approaches = touches.iter().map(|t| normal_velocity(&self.bodies, t)).collect();
         self.turn(0.5 * time);
         let before = self.twists();
         let free = self.loaded(&before, time);
         let mut last = LastFlow { time, stick, ..std::mem::take(&mut self.last) };
         last.problem.contacts.clear();
-        last.closing.clone_from(closing);
-        let warm = guess.is_some() || self.settings.events.warm_start;
-        let after = match guess {
-            Some(guess) => {
-                self.forces = Some(guess.forces);
-                guess.after
-            }
-            None => self.first_guess(touches, &before, &free),
-        };
-        Rounds {
+        last.closing.clear();
+        // the impulses of a flow much like this one
+        let known = std::mem::take(&mut last.impulses);
+        let after = self.first_guess(&active.touches, &before, &free);
+        let jointed = !self.bodies.joints.is_empty();
+        let mut rounds = Rounds {
             time,
-            active,
+            active: Active::none(),
             stick,
             start,
-            approaches,
+            approaches: Vec::new(),
             before,
             free,
             after,
             touches: Vec::new(),
-            targets: closing.iter().map(|c| -2.0 * c).collect(),
+            targets: Vec::new(),
             last,
             held: Held::new(&self.bodies.joints),
-            jointed: !self.bodies.joints.is_empty(),
-            corners: closing.iter().any(|c| *c > 0.0) && self.turns_on_corners(touches),
-            off: 0.0,
-            change: f64::INFINITY,
-            tolerance: f64::INFINITY,
-            warm,
-            judged: self.worst[0].clone(),
-            taken: 0,
+            jointed,
+            clusters: Clusters::new(self.bodies.len(), jointed),
+            first: true,
+        };
+        self.take_in(&mut rounds, active);
+        if known.contacts.len() == rounds.active.touches.len() {
+            rounds.last.impulses = known;
+        }
+        rounds
+    }
+
+    /// Adds contacts that come in unseen, as they were where the flow began: what they join begins its rounds anew, from
+    /// where it is.
+    pub fn add_coming(&mut self, rounds: &mut Rounds<S>, coming: Vec<Touch<S>>) {
+        let mut more = Active::none();
+        more.expect(coming, rounds.time);
+        self.take_in(rounds, more);
+    }
+
+    fn take_in(&mut self, rounds: &mut Rounds<S>, new: Active<S>) {
+        let known = rounds.active.touches.len();
+        rounds.active.add(new);
+        let (touches, closing) = (&rounds.active.touches[known..], &rounds.active.closing[known..]);
+        for (t, closing) in touches.iter().zip(closing) {
+            let velocity = |i: usize| rounds.start.twist(i).at(t.point - rounds.start.position[i]);
+            rounds.approaches.push(t.normal.dot(velocity(t.a) - velocity(t.b)));
+            rounds.targets.push(-2.0 * closing);
+            rounds.last.closing.push(*closing);
+            rounds.last.impulses.contacts.push(Impulse::default());
+            rounds.touches.push(*t);
+        }
+        let moves = |i: usize| self.bodies.is_dynamic(i);
+        rounds.clusters.join(&rounds.active.touches, known, moves);
+        let (closing, corners) = (&rounds.active.closing, self.turning_corners(&rounds.active.touches));
+        for (k, corner) in corners.into_iter().enumerate() {
+            rounds.clusters.of_contact_mut(k).corners |= corner && closing[k] > 0.0;
         }
     }
 
@@ -144,41 +137,46 @@ impl<S: Geometry> Together<'_, S> {
 
     /// Takes rounds until places and velocities agree, or there were enough.
     pub fn take_rounds(&mut self, rounds: &mut Rounds<S>, tools: &mut Tools<S>) -> Result<(), Halt> {
-        let most = if rounds.jointed { joints::ROUNDS } else { MOST };
-        while rounds.taken < most && !self.round(rounds, most, tools)? {}
+        while !self.round(rounds, tools)? {}
         Ok(())
     }
 
-    /// Takes a round; true when it was the last.
-    pub fn round(&mut self, rounds: &mut Rounds<S>, most: usize, tools: &mut Tools<S>) -> Result<bool, Halt> {
-        let (active, first) = (&rounds.active.touches, rounds.taken == 0);
+    /// Takes a round; true when all is settled.
+    pub fn round(&mut self, rounds: &mut Rounds<S>, tools: &mut Tools<S>) -> Result<bool, Halt> {
+        let most = if rounds.jointed { joints::ROUNDS } else { MOST };
+        rounds.clusters.all.iter_mut().for_each(|c| c.settled |= c.taken >= most);
+        let settled = rounds.clusters.are_settled();
+        if settled && !rounds.first {
+            return Ok(true);
+        }
         self.bring_to_middle(rounds);
-        let at_mean = self.at_mean(active, &rounds.start.position);
+        if settled {
+            // nothing acts
+            rounds.first = false;
+            self.assemble(rounds);
+            return Ok(true);
+        }
+        let at_mean = self.at_mean(rounds);
         let joints_settled = !rounds.jointed || self.joints_settled(&mut rounds.held);
-        rounds.change = if first {
-            // how far the normals turn on the way says how far off guessed ones may be
-            active.iter().zip(&at_mean).map(|(s, m)| (s.normal - m.normal).norm()).fold(0.0, f64::max)
-                / SAME_NORMAL
-        } else {
-            self.change(&rounds.touches, &at_mean, &rounds.last.problem)
-        };
+        self.settle(rounds, &at_mean, joints_settled);
         rounds.touches = at_mean;
-        let as_asked = rounds.tolerance <= self.limits.tolerance;
-        if !first && as_asked && rounds.off == 0.0 && joints_settled && rounds.change <= 1.0 {
+        if rounds.clusters.are_settled() {
             return Ok(true); // the same arms, at the places that came out
         }
-        let is_last = rounds.taken + 1 == most;
-        rounds.tolerance = if is_last { 0.0 } else { self.tolerance_of(rounds) }.max(self.limits.tolerance);
+        for cluster in rounds.clusters.all.iter_mut().filter(|c| !c.settled) {
+            let is_last = cluster.taken + 1 == most;
+            let enough = is_last || rounds.jointed;
+            cluster.tolerance = if enough { 0.0 } else { self.tolerance_of(cluster, rounds.time) };
+            cluster.tolerance = cluster.tolerance.max(self.limits.tolerance);
+            cluster.taken += 1;
+        }
         self.solve_round(rounds, tools)?;
-        rounds.taken += 1;
         rounds.after.clone_from(&rounds.free);
         rounds.last.problem.apply(&rounds.last.impulses, &mut rounds.after);
         if rounds.jointed {
             self.aim(&mut rounds.held, &rounds.start.position, (&rounds.before, &rounds.after), rounds.time);
-        } else if active.is_empty() {
-            return Ok(true);
         }
-        if rounds.corners {
+        if rounds.clusters.all.iter().any(|c| c.corners && !c.settled) {
             self.correct_gaps(rounds);
         }
         Ok(false)
@@ -192,41 +190,48 @@ impl<S: Geometry> Together<'_, S> {
         }
     }
 
-    /// How well a round need be solved \[m/s\]: joints follow from its velocities, so that theirs must be good.
-    fn tolerance_of(&self, rounds: &Rounds<S>) -> f64 {
-        if rounds.jointed {
-            return 0.0;
+    /// Finds how much each cluster's contacts have changed, and which clusters need no more rounds.
+    fn settle(&self, rounds: &mut Rounds<S>, at_mean: &[Touch<S>], joints_settled: bool) {
+        let clusters = &mut rounds.clusters;
+        clusters.all.iter_mut().filter(|c| !c.settled).for_each(|c| c.change = 0.0);
+        for (k, new) in at_mean.iter().enumerate() {
+            let cluster = clusters.of_contact_mut(k);
+            if cluster.settled {
+                continue;
+            }
+            let change = if cluster.taken == 0 {
+                // how far the normals turn on the way says how far off guessed ones may be
+                (rounds.active.touches[k].normal - new.normal).norm() / SAME_NORMAL
+            } else {
+                self.change(&rounds.touches[k], new, &rounds.last.problem.contacts[k])
+            };
+            cluster.change = cluster.change.max(change);
         }
-        let turned = rounds.change.min(1.0 / SAME_NORMAL) * SAME_NORMAL * self.limits.fastest;
-        SHARE * turned.max(rounds.off / rounds.time)
+        for c in &mut clusters.all {
+            let as_asked = c.taken > 0 && c.tolerance <= self.limits.tolerance;
+            c.settled |= as_asked && c.off == 0.0 && joints_settled && c.change <= 1.0;
+        }
     }
 
-    /// Assembles and solves a round.
+    /// How well a cluster's round need be solved \[m/s\].
+    fn tolerance_of(&self, cluster: &Cluster, time: f64) -> f64 {
+        let turned = cluster.change.min(1.0 / SAME_NORMAL) * SAME_NORMAL * self.limits.fastest;
+        SHARE * turned.max(cluster.off / time)
+    }
+
+    /// Assembles the contacts of clusters that are not settled, and solves there.
     fn solve_round(&mut self, rounds: &mut Rounds<S>, tools: &mut Tools<S>) -> Result<(), Halt> {
-        let Rounds { last, touches, targets, before, free, .. } = rounds;
-        self.assemble(touches, targets, before, free, rounds.stick, &mut last.problem);
+        self.assemble(rounds);
         if rounds.jointed {
-            self.hold(&rounds.held, before, rounds.stick, &mut last.problem);
+            self.hold(&rounds.held, &rounds.before, rounds.stick, &mut rounds.last.problem);
         }
-        last.impulses.fit(&last.problem);
-        if rounds.taken == 0 && rounds.warm {
-            last.impulses.reset(&last.problem);
+        let last = &mut rounds.last;
+        last.impulses.rows.resize(last.problem.rows.len(), 0.0);
+        last.impulses.moments.resize(last.problem.resistances.len(), S::Spin::ZERO);
+        if std::mem::take(&mut rounds.first) && self.settings.events.warm_start {
             self.forces.as_ref().unwrap_or(self.warm).load(&last.problem, rounds.time, &mut last.impulses);
         }
-        if touches.is_empty() && !rounds.jointed {
-            return Ok(());
-        }
-        // only the last round's solve is the flow's; its iterations are those of all
-        let iterations = |worst: &Option<SolveReport>| worst.as_ref().map_or(0, |w| w.iterations);
-        let spent = iterations(&self.worst[0]) - iterations(&rounds.judged);
-        self.worst[0].clone_from(&rounds.judged);
-        let mut impulses = std::mem::take(&mut last.impulses);
-        self.solve_to(rounds.tolerance, &last.problem, &mut impulses, tools)?;
-        last.impulses = impulses;
-        if let Some(worst) = &mut self.worst[0] {
-            worst.iterations += spent;
-        }
-        Ok(())
+        self.solve_clusters(&mut rounds.clusters, last, tools)
     }
 
     /// Looks where the gaps of closing contacts come to, and corrects their targets.
@@ -234,30 +239,42 @@ impl<S: Geometry> Together<'_, S> {
         let mean = self.bodies.motion.clone();
         let (before, after) = (rounds.before.as_slice(), rounds.after.as_slice());
         self.bring_to_end(&rounds.start.position, before, after, rounds.time);
-        let Active { touches, closing, .. } = rounds.active;
-        let gaps = self.gaps_of(touches);
+        let Rounds { active, clusters, targets, last, .. } = rounds;
+        let asked = |k: usize| {
+            let cluster = clusters.of_contact(k);
+            active.closing[k] > 0.0 && cluster.corners && !cluster.settled
+        };
+        let gaps = self.gaps_of(&active.touches, &asked);
         self.bodies.motion.copy_from(&mean);
-        let (problem, asked) =
-            (&rounds.last.problem, (touches.as_slice(), closing.as_slice(), gaps.as_slice()));
-        rounds.off = self.keep_gaps(problem, (before, after), asked, rounds.time, &mut rounds.targets);
+        let asked = (active.touches.as_slice(), active.closing.as_slice(), gaps.as_slice());
+        let off = self.keep_gaps(&last.problem, (before, after), asked, rounds.time, targets);
+        clusters.set_off(&off);
     }
 
-    /// The active contacts where the bodies are now, found again by name; those that are gone are carried along.
-    fn at_mean(&mut self, active: &[Touch<S>], origin: &[S::Vector]) -> Vec<Touch<S>> {
-        let mut found = Vec::with_capacity(active.len());
+    /// The contacts of clusters that are not settled where the bodies are now, found again by name; those that are gone
+    /// are carried along.
+    fn at_mean(&mut self, rounds: &Rounds<S>) -> Vec<Touch<S>> {
+        let (active, origin) = (&rounds.active.touches, &rounds.start.position);
+        let mut found = rounds.touches.clone();
         let mut near: Vec<Touch<S>> = Vec::new();
+        let mut k = 0;
         for pair in active.chunk_by(|s, t| (s.a, s.b) == (t.a, t.b)) {
+            let first = k;
+            k += pair.len();
+            if rounds.clusters.of_contact(first).settled {
+                continue;
+            }
             let (a, b) = (pair[0].a, pair[0].b);
             near.clear();
             let near_by = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
             let margin = 4.0 * near_by + self.reaches[a] + self.reaches[b];
             self.find((a, b), margin, &mut near);
-            for t in pair {
+            for (t, found) in pair.iter().zip(&mut found[first..]) {
                 let again = near.iter().find(|n| n.id == t.id && n.normal.dot(t.normal) > ONE_SIDE);
-                found.push(match again {
+                *found = match again {
                     Some(n) => Touch { gap: t.gap, ..*n },
                     None => Touch { point: t.point + self.carried(t, origin), ..*t },
-                });
+                };
             }
         }
         found
@@ -273,43 +290,40 @@ impl<S: Geometry> Together<'_, S> {
         }
     }
 
-    /// How much the contacts' frames and arms differ from those that the problem was solved with, over what may be.
-    fn change(&self, old: &[Touch<S>], new: &[Touch<S>], problem: &ContactProblem<S>) -> f64 {
-        let mut change = 0.0_f64;
-        for ((o, n), c) in old.iter().zip(new).zip(&problem.contacts) {
-            let size = self.bodies.data[n.a].extent.min(self.bodies.data[n.b].extent);
-            let arm = |i: usize, was: S::Vector| {
-                let moves = self.bodies.is_dynamic(i);
-                if moves { (n.point - self.bodies.motion.position[i] - was).norm() } else { 0.0 }
-            };
-            let arms = arm(n.a, c.arm_a).max(arm(n.b, c.arm_b)) / (SAME_ARM * size);
-            change = change.max((o.normal - n.normal).norm() / SAME_NORMAL).max(arms);
-        }
-        change
+    /// How much a contact's frame and arms differ from those that the problem was solved with, over what may be.
+    fn change(&self, old: &Touch<S>, new: &Touch<S>, solved: &Contact<S>) -> f64 {
+        let size = self.bodies.data[new.a].extent.min(self.bodies.data[new.b].extent);
+        let arm = |i: usize, was: S::Vector| {
+            let moves = self.bodies.is_dynamic(i);
+            if moves { (new.point - self.bodies.motion.position[i] - was).norm() } else { 0.0 }
+        };
+        let arms = arm(new.a, solved.arm_a).max(arm(new.b, solved.arm_b)) / (SAME_ARM * size);
+        ((old.normal - new.normal).norm() / SAME_NORMAL).max(arms)
     }
 
-    fn assemble(
-        &self,
-        touches: &[Touch<S>],
-        targets: &[f64],
-        before: &[Twist<S>],
-        free: &[Twist<S>],
-        stick: Stick,
-        problem: &mut ContactProblem<S>,
-    ) {
+    /// Writes the problem anew where clusters are not settled.
+    fn assemble(&self, rounds: &mut Rounds<S>) {
+        let Rounds { last, touches, targets, before, free, clusters, stick, .. } = rounds;
+        let problem = &mut last.problem;
+        let settled = std::mem::take(&mut problem.contacts);
         crate::assembly::begin(problem, &self.bodies, self.settings.friction_law);
         problem.velocities.clear();
         problem.velocities.extend_from_slice(free);
-        if stick == Stick::Mean {
-            for (v, b) in problem.velocities.iter_mut().zip(before) {
+        if *stick == Stick::Mean {
+            for (v, b) in problem.velocities.iter_mut().zip(&*before) {
                 v.add_scaled(b, 1.0);
             }
         }
-        for (t, target) in touches.iter().zip(targets) {
-            let mut contact = crate::assembly::contact(&self.bodies, t, *target);
-            if stick == Stick::End {
-                contact.target -= contact.relative_velocity(before).0;
-            }
+        for (k, (t, target)) in touches.iter().zip(&*targets).enumerate() {
+            let contact = if clusters.of_contact(k).settled {
+                settled[k]
+            } else {
+                let mut contact = crate::assembly::contact(&self.bodies, t, *target);
+                if *stick == Stick::End {
+                    contact.target -= contact.relative_velocity(before).0;
+                }
+                contact
+            };
             problem.contacts.push(contact);
             crate::assembly::resist(problem, t);
         }

@@ -1,0 +1,289 @@
+//! Clusters of a flow: bodies that its contacts join. Each settles in rounds of its own, solved as well as its own places
+//! are known; those that are done cost no more. Where there are joints, all are one cluster.
+
+use super::aim::Aiming;
+use super::together::{Halt, LastFlow, Together, Tools};
+use crate::assembly;
+use crate::narrow_phase::Touch;
+use crate::observe::report::SolveReport;
+use carom_geometry::Geometry;
+use carom_solver::{
+    ContactProblem, ImpulseChoice, ImpulseSolver, Impulses, IslandReport, Outcome, Partition, SolveSettings,
+    Stop,
+};
+
+/// Clusters whose tolerances differ by less than this factor are solved at once, to the smallest of them.
+const CLASS: f64 = 100.0;
+
+/// How far the rounds of a cluster are.
+#[derive(Debug, Default)]
+pub struct Cluster {
+    /// Rounds taken since contacts were added.
+    pub taken: usize,
+    /// How much the last change of places was over what may be \[1\].
+    pub change: f64,
+    /// Largest error of a gap at the end that had to be corrected \[m\].
+    pub off: f64,
+    /// Residual that the last round was solved to \[m/s\].
+    pub tolerance: f64,
+    /// True when it needs no more rounds.
+    pub settled: bool,
+    /// True where something turns on corners while its gap closes.
+    pub corners: bool,
+    solved: Option<Solved>,
+}
+
+/// What the last solve said of a cluster.
+#[derive(Debug)]
+struct Solved {
+    residual: f64,
+    relative: f64,
+    worst: Option<(usize, usize)>,
+    stop: Stop,
+    islands: Vec<IslandReport>,
+}
+
+/// All clusters of a flow.
+#[derive(Debug)]
+pub struct Clusters {
+    /// The clusters, by their first contacts.
+    pub all: Vec<Cluster>,
+    of_contact: Vec<usize>,
+    of_body: Vec<usize>,
+    jointed: bool,
+    iterations: usize,
+}
+
+/// No cluster.
+const NONE: usize = usize::MAX;
+
+impl Clusters {
+    /// Those of so many bodies without contacts.
+    pub fn new(bodies: usize, jointed: bool) -> Self {
+        let all = if jointed { vec![Cluster::default()] } else { Vec::new() };
+        let of_body = vec![if jointed { 0 } else { NONE }; bodies];
+        Clusters { all, of_contact: Vec::new(), of_body, jointed, iterations: 0 }
+    }
+
+    /// Takes in contacts that come after so many known ones; what they join begins anew, the rest stays as it is.
+    pub fn join<S: Geometry>(&mut self, touches: &[Touch<S>], known: usize, moves: impl Fn(usize) -> bool) {
+        if self.jointed {
+            self.of_contact.resize(touches.len(), 0);
+            self.all[0] = Cluster::default();
+            return;
+        }
+        let mut sets = Partition::default();
+        sets.reset(self.of_body.len());
+        touches.iter().filter(|t| moves(t.a) && moves(t.b)).for_each(|t| sets.join(t.a, t.b));
+        let mut old = std::mem::take(&mut self.all);
+        let before = std::mem::take(&mut self.of_contact);
+        self.of_body.fill(NONE);
+        for (k, t) in touches.iter().enumerate() {
+            let root = sets.root(if moves(t.a) { t.a } else { t.b });
+            if self.of_body[root] == NONE {
+                self.of_body[root] = self.all.len();
+                // where nothing new comes it is the cluster that it was
+                self.all.push(before.get(k).map_or_else(Cluster::default, |&c| std::mem::take(&mut old[c])));
+            }
+            let cluster = self.of_body[root];
+            if k >= known {
+                self.all[cluster] = Cluster::default();
+            }
+            self.of_contact.push(cluster);
+        }
+        for (&cluster, t) in self.of_contact.iter().zip(touches) {
+            for i in [t.a, t.b].into_iter().filter(|&i| moves(i)) {
+                self.of_body[i] = cluster;
+            }
+        }
+    }
+
+    /// The cluster of a contact.
+    pub fn of_contact(&self, contact: usize) -> &Cluster {
+        &self.all[self.of_contact[contact]]
+    }
+    /// The same to change.
+    pub fn of_contact_mut(&mut self, contact: usize) -> &mut Cluster {
+        &mut self.all[self.of_contact[contact]]
+    }
+    /// True when none needs more rounds.
+    pub fn are_settled(&self) -> bool {
+        self.all.iter().all(|c| c.settled)
+    }
+    /// Takes the errors of gaps that were corrected \[m\], by contact.
+    pub fn set_off(&mut self, off: &[f64]) {
+        self.all.iter_mut().filter(|c| !c.settled).for_each(|c| c.off = 0.0);
+        for (k, off) in off.iter().enumerate() {
+            let cluster = &mut self.all[self.of_contact[k]];
+            if !cluster.settled {
+                cluster.off = cluster.off.max(*off);
+            }
+        }
+    }
+
+    /// Clusters that are not settled, those of like tolerance together; each class with its smallest.
+    fn classes(&self) -> Vec<(f64, Vec<usize>)> {
+        let mut open: Vec<usize> = (0..self.all.len()).filter(|&c| !self.all[c].settled).collect();
+        let tolerance = |c: usize| self.all[c].tolerance;
+        open.sort_by(|&c, &d| tolerance(c).total_cmp(&tolerance(d)).then(c.cmp(&d)));
+        let mut classes: Vec<(f64, Vec<usize>)> = Vec::new();
+        for c in open {
+            match classes.last_mut().filter(|(least, _)| tolerance(c) < CLASS * least) {
+                Some((_, class)) => class.push(c),
+                None => classes.push((tolerance(c), vec![c])),
+            }
+        }
+        classes
+    }
+
+    /// Keeps what a solve said of these clusters.
+    fn keep<S: Geometry>(
+        &mut self,
+        class: &[usize],
+        problem: &ContactProblem<S>,
+        (outcome, asked): (Outcome, &SolveSettings),
+    ) {
+        self.iterations += outcome.iterations;
+        let by_island = !outcome.islands.is_empty();
+        let worst = assembly::bodies_of(problem, outcome.residual.worst);
+        let (whole, relative) = (outcome.residual.absolute, outcome.residual.relative);
+        for &c in class {
+            let (residual, relative) = if by_island { (0.0, 0.0) } else { (whole, relative) };
+            let islands = Vec::new();
+            self.all[c].solved = Some(Solved { residual, relative, worst, stop: Stop::Converged, islands });
+        }
+        for island in outcome.islands {
+            let Some(solved) = &mut self.all[self.of_body[island.first_body]].solved else { continue };
+            if island.residual >= solved.residual {
+                (solved.residual, solved.relative) = (island.residual, island.relative_residual);
+            }
+            solved.islands.push(island);
+        }
+        for &c in class {
+            let Some(solved) = &mut self.all[c].solved else { continue };
+            let is_within = solved.residual <= asked.tolerance;
+            if asked.impulses != ImpulseChoice::Any || !is_within {
+                solved.stop = outcome.stop.clone();
+            }
+        }
+    }
+
+    /// The report of all clusters' last solves, with the iterations of all; `None` where nothing was solved.
+    pub fn report(&mut self, contacts: usize) -> Option<SolveReport> {
+        let mut all: Option<SolveReport> = None;
+        for solved in self.all.iter_mut().filter_map(|c| c.solved.take()) {
+            let Solved { residual, relative: relative_residual, worst, stop, islands } = solved;
+            let Some(so_far) = &mut all else {
+                let iterations = self.iterations;
+                all = Some(SolveReport {
+                    contacts,
+                    iterations,
+                    residual,
+                    relative_residual,
+                    worst,
+                    stop,
+                    islands,
+                });
+                continue;
+            };
+            if residual > so_far.residual || residual.is_nan() {
+                (so_far.residual, so_far.relative_residual, so_far.worst) =
+                    (residual, relative_residual, worst);
+            }
+            if so_far.stop == Stop::Converged {
+                so_far.stop = stop;
+            }
+            so_far.islands.extend(islands);
+        }
+        all
+    }
+}
+
+impl<S: Geometry> Together<'_, S> {
+    /// Solves for the impulses of clusters that are not settled, each as well as it asks.
+    pub fn solve_clusters(
+        &mut self,
+        clusters: &mut Clusters,
+        last: &mut LastFlow<S>,
+        tools: &mut Tools<S>,
+    ) -> Result<(), Halt> {
+        for (tolerance, class) in clusters.classes() {
+            let settings = SolveSettings { tolerance, ..self.settings.solve() };
+            if class.len() == clusters.all.len() {
+                let outcome = self.work(&last.problem, &settings, &mut last.impulses, tools)?;
+                clusters.keep(&class, &last.problem, (outcome, &settings));
+                continue;
+            }
+            let mut part = Part::of(clusters, &class, last);
+            let outcome = self.work(&part.problem, &settings, &mut part.impulses, tools)?;
+            clusters.keep(&class, &part.problem, (outcome, &settings));
+            part.give(&mut last.impulses);
+        }
+        Ok(())
+    }
+
+    fn work(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+        tools: &mut Tools<S>,
+    ) -> Result<Outcome, Halt> {
+        let is_last = settings.tolerance <= self.limits.tolerance;
+        let enough = if is_last { self.settings.tolerance } else { f64::INFINITY };
+        let mut aiming = Aiming { solver: &mut *tools.solver, enough };
+        let outcome = aiming.solve_watched(problem, settings, impulses, tools.watch);
+        if matches!(outcome.stop, Stop::Interrupted | Stop::Refused(_)) {
+            let worst = assembly::bodies_of(problem, outcome.residual.worst);
+            let worst = worst.map(|(a, b)| (self.members[a], self.members[b]));
+            self.keep(0, SolveReport::new(outcome.clone(), problem.contacts.len(), worst), "contact")?;
+        }
+        Ok(outcome)
+    }
+}
+
+/// Some clusters' problem, over all bodies.
+struct Part<S: Geometry> {
+    problem: ContactProblem<S>,
+    impulses: Impulses<S>,
+    contacts: Vec<usize>,
+    resistances: Vec<usize>,
+}
+
+impl<S: Geometry> Part<S> {
+    fn of(clusters: &Clusters, class: &[usize], last: &LastFlow<S>) -> Self {
+        let mut chosen = vec![false; clusters.all.len()];
+        class.iter().for_each(|&c| chosen[c] = true);
+        let whole = &last.problem;
+        let mut problem = ContactProblem::new(whole.inverse_masses.clone(), whole.velocities.clone());
+        problem.space.clone_from(&whole.space);
+        problem.friction_law = whole.friction_law;
+        let mut impulses = Impulses::zero(&problem);
+        let contacts: Vec<usize> =
+            (0..whole.contacts.len()).filter(|&k| chosen[clusters.of_contact[k]]).collect();
+        for &k in &contacts {
+            problem.contacts.push(whole.contacts[k]);
+            impulses.contacts.push(last.impulses.contacts[k]);
+        }
+        let mut resistances = Vec::new();
+        for (k, r) in whole.resistances.iter().enumerate() {
+            if let Ok(contact) = contacts.binary_search(&r.contact) {
+                let mut r = *r;
+                r.contact = contact;
+                problem.resistances.push(r);
+                impulses.moments.push(last.impulses.moments[k]);
+                resistances.push(k);
+            }
+        }
+        Part { problem, impulses, contacts, resistances }
+    }
+
+    fn give(self, impulses: &mut Impulses<S>) {
+        for (&k, impulse) in self.contacts.iter().zip(self.impulses.contacts) {
+            impulses.contacts[k] = impulse;
+        }
+        for (&k, moment) in self.resistances.iter().zip(self.impulses.moments) {
+            impulses.moments[k] = moment;
+        }
+    }
+}
