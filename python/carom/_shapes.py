@@ -149,6 +149,14 @@ class HalfPlane(Shape):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Cavity(Shape):
+    """Everything farther from the origin than `radius` [m]: the inside of a bowl or a drum; no mass."""
+
+    type: ClassVar[str] = "cavity"
+    radius: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class HeightLine(Shape):
     """(k,) heights over equally spaced abscissae that span `width` about the origin; no mass."""
 
@@ -263,6 +271,7 @@ _PLANAR: tuple[type[Shape], ...] = (
     Segment,
     Polyline,
     HalfPlane,
+    Cavity,
     HeightLine,
     Compound,
 )
@@ -279,6 +288,7 @@ _SPATIAL: tuple[type[Shape], ...] = (
     RoundConvexHull,
     TriMesh,
     HalfSpace,
+    Cavity,
     HeightField,
     Compound,
 )

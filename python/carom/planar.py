@@ -19,6 +19,7 @@ from carom._report import MassProperties
 from carom._shapes import (
     Box,
     Capsule,
+    Cavity,
     Circle,
     Compound,
     ConvexPolygon,
@@ -63,6 +64,7 @@ __all__ = [
     "Body",
     "Box",
     "Capsule",
+    "Cavity",
     "Circle",
     "Compound",
     "ContactProblem",

@@ -19,6 +19,7 @@ from carom._report import MassProperties
 from carom._shapes import (
     Box,
     Capsule,
+    Cavity,
     Compound,
     Cone,
     ConvexHull,
@@ -66,6 +67,7 @@ __all__ = [
     "Body",
     "Box",
     "Capsule",
+    "Cavity",
     "Compound",
     "Cone",
     "ContactProblem",

@@ -29,6 +29,7 @@ PLANAR: list[tuple[Any, float | None]] = [
     (planar.Segment((0, 0), (1, 1)), None),
     (planar.Polyline(SQUARE, closed=True), None),
     (planar.HalfPlane((0, 2)), None),
+    (planar.Cavity(2.0), None),
     (planar.HeightField([0, 1, 0], 4.0), None),
     (planar.Compound([(planar.Box(1, 1), (0, 0)), (planar.Circle(1), (5, 0), 0.3)]), 1 + PI),
 ]
@@ -46,6 +47,7 @@ SPATIAL: list[tuple[Any, float | None]] = [
     (spatial.RoundConvexHull(CUBE, 1.0), 8 + 24 + 6 * PI + 4 * PI / 3),
     (spatial.TriMesh(PYRAMID, FACES), 1 / 6),
     (spatial.HalfSpace((0, 0, 3)), None),
+    (spatial.Cavity(3.0), None),
     (spatial.HeightField(np.zeros((3, 4)), (2.0, 3.0)), None),
     (
         spatial.Compound([(spatial.Sphere(1), (0, 0, 0)), (spatial.Box(1, 1, 1), (4, 0, 0), (1, 0, 0, 1))]),

@@ -37,6 +37,8 @@ pub trait Dimension: Geometry {
     fn floor() -> Self::Shape;
     /// The half-plane or half-space behind an outward normal.
     fn wall(normal: Self::Vector) -> Self::Shape;
+    /// The inside of a ball or a drum: everything farther from the origin.
+    fn cavity(radius: f64) -> Self::Shape;
     /// Inertia with this moment about the scene's axis, possible in space as well.
     fn moment_of(moment: f64) -> Self::Inertia;
     /// Moment of inertia over m r^2 of the disc or ball.
@@ -74,6 +76,9 @@ impl Dimension for Planar {
     fn wall(normal: Self::Vector) -> Self::Shape {
         PlanarShape::HalfPlane { normal }
     }
+    fn cavity(radius: f64) -> Self::Shape {
+        PlanarShape::Cavity { radius }
+    }
     fn moment_of(moment: f64) -> Self::Inertia {
         Moment(moment)
     }
@@ -110,6 +115,9 @@ impl Dimension for Spatial {
     }
     fn wall(normal: Self::Vector) -> Self::Shape {
         SpatialShape::HalfSpace { normal }
+    }
+    fn cavity(radius: f64) -> Self::Shape {
+        SpatialShape::Cavity { radius }
     }
     fn moment_of(moment: f64) -> Self::Inertia {
         Sym3::diag(moment, moment, moment)

@@ -15,6 +15,7 @@ in_plane_and_space!(
     a_heap_of_plastic_balls_neither_overlaps_nor_gains,
     a_row_longer_than_the_rounds_of_looking_moves_on,
     an_elastic_ball_still_bounces_at_its_moment,
+    balls_that_would_be_through_each_other_by_the_end_of_the_step_bounce,
 );
 
 fn within_the_step<S: Dimension>(dt: f64) -> Settings<S> {
@@ -141,6 +142,24 @@ pub fn an_elastic_ball_still_bounces_at_its_moment<S: Dimension>() {
         worst = worst.max((height(w, 1) - 0.1 - (1.0 - 0.5 * G * phase * phase)).abs());
     });
     at_most(worst, 1e-12, "heights [m]");
+}
+
+/// Where the step leaves two elastic balls overlapped on the far sides of each other, they part there: that is no
+/// contact that stays, and their moment was on the way.
+pub fn balls_that_would_be_through_each_other_by_the_end_of_the_step_bounce<S: Dimension>() {
+    let mut settings = within_the_step::<S>(0.1);
+    settings.gravity = S::at(0.0, 0.0);
+    let mut w = world::<S>(settings);
+    for (name, side) in [("left", -1.0), ("right", 1.0)] {
+        let ball =
+            BodySpec::heavy(S::ball(0.1), 1.0).at(S::at(0.5 * side, 0.0)).moving(S::at(-5.5 * side, 0.0));
+        add(&mut w, name, ball.restitution(1.0).friction(0.0));
+    }
+    w.step(0.1).expect("possible");
+    // .8 m between the surfaces at 11 m/s, and back for the rest of the step
+    let (place, speed) = (S::along(w.bodies().motion.position[1]), S::along(w.bodies().motion.velocity[1]));
+    close(speed, 5.5, 1e-12, "speed after the bounce [m/s]");
+    close(place, 0.1 + 5.5 * 0.1 - 0.4, 1e-12, "place after the bounce [m]");
 }
 
 /// Leaning boxes without restitution dropped on each other: corners and edges on faces.

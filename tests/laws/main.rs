@@ -7,6 +7,7 @@ mod harness;
 
 mod accuracy;
 mod bodies;
+mod cavities;
 mod constraints;
 mod determinism;
 mod directions;

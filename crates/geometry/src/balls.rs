@@ -3,6 +3,7 @@
 
 use crate::geometry::ContactPoint;
 use crate::kernel::{Kernel, Label, NONE, mix, scale};
+use crate::wall::{Facing, Wall};
 use carom_math::{Column, Pose, Rotation};
 
 /// Distance of centres below which they have no direction, as a fraction of the scale \[1\].
@@ -50,18 +51,19 @@ pub(crate) fn two_balls<S: Kernel>(a: &Ball<S>, b: &Ball<S>, margin: f64) -> Opt
         + b.center_from(b.pose.position)
         + normal * (0.5 * (distance - (a.radius - b.radius)));
     let feature = mix(mix(0, 0), Label::vertices(0, 0).code());
-    Some(Some(ContactPoint { feature, point, normal, gap }))
+    Some(Some(ContactPoint { feature, point, normal, gap, curvature: 0.0 }))
 }
 
-/// The contact of a ball and a wall (outward unit normal, point), `None` beyond a margin \[m\]; `wall_is_a` turns the
+/// The contact of a ball and a wall, `None` beyond a margin \[m\]; `wall_is_a` turns the
 /// normal round.
 pub(crate) fn ball_on_wall<S: Kernel>(
     ball: &Ball<S>,
-    (outward, origin): (S::Vector, S::Vector),
+    wall: &Wall<S>,
     wall_is_a: bool,
     margin: f64,
 ) -> Option<ContactPoint<S>> {
-    let gap = outward.dot(ball.center_from(origin)) - ball.radius;
+    let Facing { gap, outward, curvature } = wall.facing(ball.center_from(wall.origin()));
+    let gap = gap - ball.radius;
     if gap > margin {
         return None;
     }
@@ -69,5 +71,5 @@ pub(crate) fn ball_on_wall<S: Kernel>(
         ball.pose.position + ball.center_from(ball.pose.position) - outward * (ball.radius + 0.5 * gap);
     let label = Label { a: [0, NONE], b: [NONE, NONE] };
     let normal = if wall_is_a { -outward } else { outward };
-    Some(ContactPoint { feature: mix(0, label.code()), point, normal, gap })
+    Some(ContactPoint { feature: mix(0, label.code()), point, normal, gap, curvature })
 }

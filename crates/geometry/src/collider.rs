@@ -1,4 +1,4 @@
-//! Shapes made ready for queries, one text for the plane and for space: half-spaces, rounded convex cores,
+//! Shapes made ready for queries, one text for the plane and for space: half-spaces, cavities, rounded convex cores,
 //! surfaces and compounds of these, and the walk that finds the pairs of pieces worth asking.
 //! Knows no bodies; what two convex cores say to each other is the kernel's matter.
 
@@ -6,6 +6,7 @@ use crate::geometry::Aabb;
 use crate::kernel::{Kernel, mix};
 use crate::surface::{Facet, Surface, around};
 use crate::tree::Tree;
+use crate::wall::Wall;
 use carom_math::{Column, Pose, Rotation};
 use std::cell::Cell;
 use std::sync::Arc;
@@ -21,6 +22,8 @@ pub struct Collider<S: Kernel> {
 pub(crate) enum Form<S: Kernel> {
     /// Everything behind the plane through the origin with this outward unit normal.
     HalfSpace(S::Vector),
+    /// Everything farther from the origin than the radius \[m\].
+    Cavity(f64),
     /// A convex core swept by a ball of the radius \[m\].
     Convex(S::Core, f64),
     /// Facets.
@@ -46,6 +49,10 @@ impl<S: Kernel> Collider<S> {
     pub(crate) fn half_space(normal: S::Vector) -> Self {
         Collider { form: Arc::new(Form::HalfSpace(normal)) }
     }
+    /// Everything farther from the origin than a radius.
+    pub(crate) fn cavity(radius: f64) -> Self {
+        Collider { form: Arc::new(Form::Cavity(radius)) }
+    }
     /// A rounded convex core.
     pub(crate) fn convex(core: S::Core, radius: f64) -> Self {
         Collider { form: Arc::new(Form::Convex(core, radius)) }
@@ -62,10 +69,11 @@ impl<S: Kernel> Collider<S> {
         let tree = Tree::new(bounded.iter().map(|&i| boxes[i]).collect());
         Collider { form: Arc::new(Form::Compound(Parts { parts, tree, bounded, unbounded })) }
     }
-    /// Bounding box at a pose, grown by a margin \[m\]: tight, but infinite across half-spaces.
+    /// Bounding box at a pose, grown by a margin \[m\]: tight, but infinite across half-spaces and cavities.
     pub fn bounds(&self, pose: &Pose<S>, margin: f64) -> Aabb<S> {
         let tight = match &*self.form {
             Form::HalfSpace(normal) => half_space_bounds(pose.rotation.rotate(*normal), pose.position),
+            Form::Cavity(_) => everywhere(),
             Form::Convex(core, radius) => match S::only_point(core) {
                 Some(point) => Aabb::of_point(pose.to_world(point)).grown(*radius),
                 None => reach_box(pose, |d| S::support(core, d).0).grown(*radius),
@@ -80,6 +88,10 @@ impl<S: Kernel> Collider<S> {
         };
         tight.grown(margin)
     }
+}
+
+fn everywhere<S: Kernel>() -> Aabb<S> {
+    Aabb { min: S::Vector::from_fn(|_| f64::NEG_INFINITY), max: S::Vector::from_fn(|_| f64::INFINITY) }
 }
 
 /// Box of a half-space: bounded only on the side of an axis-parallel normal.
@@ -120,10 +132,10 @@ pub(crate) struct Piece<'a, S: Kernel> {
     pub(crate) name: u64,
 }
 
-/// A half-space or a convex piece.
+/// A wall or a convex piece.
 pub(crate) enum Leaf<'a, S: Kernel> {
-    /// Outward unit normal and a point of the plane, world axes, and its name.
-    Wall(S::Vector, S::Vector, u64),
+    /// A wall and its name.
+    Wall(Wall<S>, u64),
     /// A convex piece.
     Piece(&'a Piece<'a, S>),
 }
@@ -145,7 +157,11 @@ pub(crate) fn leaves<S: Kernel>(
     visit: &mut dyn FnMut(Leaf<S>),
 ) {
     match &*collider.form {
-        Form::HalfSpace(normal) => visit(Leaf::Wall(pose.rotation.rotate(*normal), pose.position, name)),
+        Form::HalfSpace(_) | Form::Cavity(_) => {
+            if let Some(wall) = Wall::of(&collider.form, pose) {
+                visit(Leaf::Wall(wall, name));
+            }
+        }
         Form::Convex(core, radius) => {
             visit(Leaf::Piece(&Piece { core, radius: *radius, pose: *pose, facet: None, name }));
         }

@@ -115,6 +115,16 @@ impl SpatialCore {
             flat => flat.view().and_then(|v| flat_feature(&v, direction, out)),
         }
     }
+    /// All corners, and of rims the point farthest from `from` with corners of the rim that stand off from it.
+    pub fn corners(&self, from: Vec3, out: &mut Vec<(Vec3, u32)>) {
+        match self {
+            SpatialCore::Round(round) => round.corners(from, out),
+            flat => {
+                let points = flat.view().map_or(&[][..], |v| v.points);
+                out.extend(points.iter().zip(0..).map(|(p, k)| (*p, k)));
+            }
+        }
+    }
 }
 
 fn flat_feature(view: &View, direction: Vec3, out: &mut Vec<(Vec3, u32)>) -> Option<Vec3> {
@@ -169,6 +179,22 @@ impl Round {
         let (h, r) = (2.0 * self.half, self.radius);
         let length = (h * h + r * r).sqrt();
         radial * (h / length) + vec3(0.0, 0.0, r / length)
+    }
+    /// The apex, and of each rim the farthest point from a place and the corners of its polygon that are not next to it.
+    fn corners(&self, from: Vec3, out: &mut Vec<(Vec3, u32)>) {
+        let away = Self::radial(-from);
+        for up in [false, true] {
+            if up && self.apex {
+                out.push((vec3(0.0, 0.0, self.half), 1));
+                continue;
+            }
+            let z = if up { self.half } else { -self.half };
+            out.push((self.rim_point(away, z), u32::from(up)));
+            let apart = (std::f64::consts::TAU / RIM as f64).cos();
+            let others = (0..RIM).filter(|&k| self.rim[k].dot(away) < apart);
+            let name = |k: usize| 2 + k as u32 + RIM as u32 * u32::from(up);
+            out.extend(others.map(|k| (self.rim_point(self.rim[k], z), name(k))));
+        }
     }
     /// The rim (as a polygon with corners fixed in the body), a line of the side, or the apex.
     fn feature(&self, direction: Vec3, out: &mut Vec<(Vec3, u32)>) -> Option<Vec3> {

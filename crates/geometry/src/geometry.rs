@@ -36,6 +36,9 @@ pub struct ContactPoint<S: Space> {
     pub normal: S::Vector,
     /// Distance between the surfaces along the normal \[m\]; negative when they overlap.
     pub gap: f64,
+    /// Curvature with which the surfaces bend toward each other \[1/m\]: s along a straight way the gap is at least what
+    /// the normal says of it less half of this times s^2. 0 between convex shapes, which bend away.
+    pub curvature: f64,
 }
 
 /// Axis-aligned box in the world.

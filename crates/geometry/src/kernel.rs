@@ -94,6 +94,9 @@ pub trait Kernel: Space {
     /// The points that a wall with this inward direction would meet first, with their names; the farthest
     /// point is among them.
     fn feature(core: &Self::Core, direction: Self::Vector, out: &mut Vec<(Self::Vector, u32)>);
+    /// The points that the inside of a ball about `from` would meet first: all corners, and the farthest points of rims,
+    /// with their names.
+    fn corners(core: &Self::Core, from: Self::Vector, out: &mut Vec<(Self::Vector, u32)>);
     /// The largest s(n), or `None` when it exceeds `reach` \[m\].
     fn separation(
         a: &Self::Core,

@@ -45,6 +45,7 @@ mod spatial;
 mod spread;
 mod surface;
 pub mod tree;
+mod wall;
 
 pub use broad_phase::BroadPhase;
 pub use collider::Collider;

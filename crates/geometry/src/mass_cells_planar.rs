@@ -77,6 +77,7 @@ pub(crate) fn planar_cells(shape: &PlanarShape) -> Result<Vec<Cell<2>>, ShapeErr
         PlanarShape::Segment { .. }
         | PlanarShape::Polyline { .. }
         | PlanarShape::HalfPlane { .. }
+        | PlanarShape::Cavity { .. }
         | PlanarShape::HeightField { .. } => Err(no_mass("wall", "area")),
     }
 }

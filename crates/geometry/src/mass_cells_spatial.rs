@@ -121,8 +121,8 @@ pub(crate) fn spatial_cells(shape: &SpatialShape) -> Result<Vec<Cell<3>>, ShapeE
             }
             Ok(cells)
         }
-        SpatialShape::HalfSpace { .. } | SpatialShape::HeightField { .. } => {
-            Err(no_mass("half-space or height field", "finite volume"))
+        SpatialShape::HalfSpace { .. } | SpatialShape::Cavity { .. } | SpatialShape::HeightField { .. } => {
+            Err(no_mass("half-space, cavity or height field", "finite volume"))
         }
     }
 }

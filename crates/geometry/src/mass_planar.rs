@@ -88,6 +88,7 @@ fn moments(shape: &PlanarShape) -> Result<Moments<2>, ShapeError> {
         PlanarShape::Segment { .. } => Err(no_mass("segment", "area")),
         PlanarShape::Polyline { .. } => Err(no_mass("polyline", "area")),
         PlanarShape::HalfPlane { .. } => Err(no_mass("half-plane", "finite area")),
+        PlanarShape::Cavity { .. } => Err(no_mass("cavity", "finite area")),
         PlanarShape::HeightField { .. } => Err(no_mass("height field", "area")),
         PlanarShape::Compound { .. } => Err(no_mass("compound inside another shape", "area of its own")),
     }

@@ -123,6 +123,7 @@ fn moments(shape: &SpatialShape) -> Result<Moments<3>, ShapeError> {
         }
         SpatialShape::TriMesh { vertices, triangles } => polyhedron_moments(vertices, triangles),
         SpatialShape::HalfSpace { .. } => Err(no_mass("half-space", "finite volume")),
+        SpatialShape::Cavity { .. } => Err(no_mass("cavity", "finite volume")),
         SpatialShape::HeightField { .. } => Err(no_mass("height field", "volume")),
         SpatialShape::Compound { .. } => Err(no_mass("compound inside another shape", "volume of its own")),
     }

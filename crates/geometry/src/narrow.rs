@@ -8,6 +8,7 @@ use crate::geometry::ContactPoint;
 use crate::kernel::{Kernel, Label, NONE, Separation, Touch, mix, scale};
 use crate::spread::spread;
 use crate::surface::Verdict;
+use crate::wall::{Facing, Wall};
 use carom_math::{Column, Pose, Rotation};
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -48,7 +49,7 @@ pub(crate) fn contacts<S: Kernel>(
     }
     let first = out.len();
     let mut found = Found { margin, touches: Vec::with_capacity(8), out, smallest: f64::INFINITY };
-    let simple = |c: &Collider<S>| matches!(*c.form, Form::Convex(..) | Form::HalfSpace(_));
+    let simple = |c: &Collider<S>| matches!(*c.form, Form::Convex(..) | Form::HalfSpace(_) | Form::Cavity(_));
     match (&*a.form, &*b.form) {
         (Form::Convex(core_a, radius_a), Form::Convex(core_b, radius_b)) => {
             let piece =
@@ -56,13 +57,11 @@ pub(crate) fn contacts<S: Kernel>(
             let (a, b) = (piece(core_a, *radius_a, pose_a), piece(core_b, *radius_b, pose_b));
             found.pieces(&a, &b);
         }
-        (_, Form::HalfSpace(normal)) => {
-            found.wall(a, pose_a, 0, (pose_b.rotation.rotate(*normal), pose_b.position), false);
-        }
-        (Form::HalfSpace(normal), _) => {
-            found.wall(b, pose_b, 0, (pose_a.rotation.rotate(*normal), pose_a.position), true);
-        }
-        _ => found.walk(a, pose_a, b, pose_b),
+        (of_a, of_b) => match (Wall::of(of_a, pose_a), Wall::of(of_b, pose_b)) {
+            (_, Some(wall)) => found.wall(a, pose_a, 0, &wall, false),
+            (Some(wall), None) => found.wall(b, pose_b, 0, &wall, true),
+            (None, None) => found.walk(a, pose_a, b, pose_b),
+        },
     }
     let smallest = found.smallest;
     if !(simple(a) && simple(b)) {
@@ -77,19 +76,18 @@ fn of_balls<S: Kernel>(
     (b, pose_b): (&Collider<S>, &Pose<S>),
     margin: f64,
 ) -> Option<Option<ContactPoint<S>>> {
-    let wall = |normal: S::Vector, pose: &Pose<S>| (pose.rotation.rotate(normal), pose.position);
     match (&*a.form, &*b.form) {
         (Form::Convex(core_a, radius_a), Form::Convex(core_b, radius_b)) => {
             let one = Ball::of(core_a, *radius_a, pose_a)?;
             two_balls(&one, &Ball::of(core_b, *radius_b, pose_b)?, margin)
         }
-        (Form::Convex(core, radius), Form::HalfSpace(normal)) => {
-            let ball = Ball::of(core, *radius, pose_a)?;
-            Some(ball_on_wall(&ball, wall(*normal, pose_b), false, margin))
+        (Form::Convex(core, radius), other) => {
+            let wall = Wall::of(other, pose_b)?;
+            Some(ball_on_wall(&Ball::of(core, *radius, pose_a)?, &wall, false, margin))
         }
-        (Form::HalfSpace(normal), Form::Convex(core, radius)) => {
-            let ball = Ball::of(core, *radius, pose_b)?;
-            Some(ball_on_wall(&ball, wall(*normal, pose_a), true, margin))
+        (other, Form::Convex(core, radius)) => {
+            let wall = Wall::of(other, pose_a)?;
+            Some(ball_on_wall(&Ball::of(core, *radius, pose_b)?, &wall, true, margin))
         }
         _ => None,
     }
@@ -101,14 +99,14 @@ impl<S: Kernel> Found<'_, S> {
         let limit = Cell::new(self.margin);
         let box_of_b = |frame: &Pose<S>| b.bounds(&frame.inverse().compose(pose_b), 0.0);
         leaves(a, pose_a, 0, &Query { box_in: &box_of_b, limit: &limit }, &mut |leaf| match leaf {
-            Leaf::Wall(normal, point, name) => self.wall(b, pose_b, name, (normal, point), true),
+            Leaf::Wall(wall, name) => self.wall(b, pose_b, name, &wall, true),
             Leaf::Piece(a) => {
                 let box_of_a = |frame: &Pose<S>| {
                     let place = frame.inverse().compose(&a.pose);
                     reach_box(&place, |d| S::support(a.core, d).0).grown(a.radius)
                 };
                 leaves(b, pose_b, 0, &Query { box_in: &box_of_a, limit: &limit }, &mut |leaf| match leaf {
-                    Leaf::Wall(normal, point, _) => self.piece_on_wall(a, (normal, point), false),
+                    Leaf::Wall(wall, _) => self.piece_on_wall(a, &wall, false),
                     Leaf::Piece(b) => self.pieces(a, b),
                 });
             }
@@ -141,21 +139,15 @@ impl<S: Kernel> Found<'_, S> {
                 point: a.pose.to_world(middle),
                 normal: a.pose.rotation.rotate(t.normal),
                 gap: t.gap - radii,
+                curvature: 0.0,
             }
         }));
     }
 
-    /// Contacts of a collider with a wall (outward normal, point); `wall_is_a` turns the normals round.
-    fn wall(
-        &mut self,
-        c: &Collider<S>,
-        pose: &Pose<S>,
-        name: u64,
-        wall: (S::Vector, S::Vector),
-        wall_is_a: bool,
-    ) {
+    /// Contacts of a collider with a wall; `wall_is_a` turns the normals round.
+    fn wall(&mut self, c: &Collider<S>, pose: &Pose<S>, name: u64, wall: &Wall<S>, wall_is_a: bool) {
         match &*c.form {
-            Form::HalfSpace(_) => {}
+            Form::HalfSpace(_) | Form::Cavity(_) => {}
             Form::Convex(core, radius) => {
                 let piece = Piece { core, radius: *radius, pose: *pose, facet: None, name };
                 self.piece_on_wall(&piece, wall, wall_is_a);
@@ -173,45 +165,46 @@ impl<S: Kernel> Found<'_, S> {
         }
     }
 
-    fn piece_on_wall(&mut self, piece: &Piece<S>, wall: (S::Vector, S::Vector), wall_is_a: bool) {
+    fn piece_on_wall(&mut self, piece: &Piece<S>, wall: &Wall<S>, wall_is_a: bool) {
         let mut lowest = Vec::with_capacity(S::PATCH + 1);
-        S::feature(piece.core, piece.pose.rotation.unrotate(-wall.0), &mut lowest);
+        wall.met_by(piece.core, &piece.pose, &mut lowest);
         self.smallest = self.smallest.min(S::size(piece.core) + piece.radius);
         self.points_on_wall(lowest.into_iter(), &piece.pose, piece.radius, piece.name, wall, wall_is_a);
     }
 
-    /// The points of a piece that reach the wall, spread over at most a patch.
+    /// The points of a piece that reach the wall; on a flat one spread over at most a patch.
     fn points_on_wall(
         &mut self,
         points: impl Iterator<Item = (S::Vector, u32)>,
         pose: &Pose<S>,
         radius: f64,
         name: u64,
-        wall: (S::Vector, S::Vector),
+        wall: &Wall<S>,
         wall_is_a: bool,
     ) {
-        let (outward, origin) = wall;
+        let origin = wall.origin();
         let mut places = Vec::with_capacity(S::PATCH + 1);
-        let mut names = Vec::with_capacity(S::PATCH + 1);
+        let mut others = Vec::with_capacity(S::PATCH + 1);
         for (p, vertex) in points {
             // the difference first: far from the origin it is small and the rotated point is exact
             let at = pose.rotation.rotate(p) + (pose.position - origin);
-            let gap = outward.dot(at) - radius;
+            let Facing { gap, outward, curvature } = wall.facing(at);
+            let gap = gap - radius;
             if gap <= self.margin {
                 places.push((pose.to_world(p) - outward * (radius + 0.5 * gap), gap));
-                names.push(vertex);
+                others.push((vertex, outward, curvature));
             }
         }
-        let normal = if wall_is_a { -outward } else { outward };
-        let kept = if places.len() > S::PATCH {
-            spread::<S>(&places, outward, S::PATCH)
-        } else {
-            (0..places.len()).collect()
+        let kept = match wall {
+            Wall::Flat { normal, .. } if places.len() > S::PATCH => spread::<S>(&places, *normal, S::PATCH),
+            _ => (0..places.len()).collect(),
         };
         for i in kept {
-            let label = Label { a: [names[i], NONE], b: [NONE, NONE] };
-            let (point, gap) = places[i];
-            self.out.push(ContactPoint { feature: mix(name, label.code()), point, normal, gap });
+            let ((point, gap), (vertex, outward, curvature)) = (places[i], others[i]);
+            let label = Label { a: [vertex, NONE], b: [NONE, NONE] };
+            let normal = if wall_is_a { -outward } else { outward };
+            let feature = mix(name, label.code());
+            self.out.push(ContactPoint { feature, point, normal, gap, curvature });
         }
     }
 }

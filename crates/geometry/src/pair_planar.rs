@@ -37,6 +37,9 @@ impl Kernel for Planar {
     fn size(core: &PlanarCore) -> f64 {
         core.corners().iter().fold(0.0, |m: f64, p| m.max(p.norm_squared())).sqrt()
     }
+    fn corners(core: &PlanarCore, _from: Vec2, out: &mut Vec<(Vec2, u32)>) {
+        out.extend(core.corners().iter().zip(0..).map(|(p, k)| (*p, k)));
+    }
     fn feature(core: &PlanarCore, direction: Vec2, out: &mut Vec<(Vec2, u32)>) {
         let corners = core.corners();
         match core.edge_toward(direction) {

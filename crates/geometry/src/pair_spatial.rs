@@ -43,6 +43,9 @@ impl Kernel for Spatial {
     fn size(core: &SpatialCore) -> f64 {
         core.size()
     }
+    fn corners(core: &SpatialCore, from: Vec3, out: &mut Vec<(Vec3, u32)>) {
+        core.corners(from, out);
+    }
     fn feature(core: &SpatialCore, direction: Vec3, out: &mut Vec<(Vec3, u32)>) {
         let first = out.len();
         core.feature(direction, out);

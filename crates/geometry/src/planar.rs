@@ -21,6 +21,10 @@ impl Geometry for Planar {
         match shape {
             PlanarShape::Compound { parts } => compound(parts),
             PlanarShape::HalfPlane { normal } => Ok(Collider::half_space(check::normal("normal", *normal)?)),
+            PlanarShape::Cavity { radius } => {
+                check::length("radius", *radius)?;
+                Ok(Collider::cavity(*radius))
+            }
             PlanarShape::Polyline { points, closed } => polyline("points", points, *closed),
             PlanarShape::HeightField { heights, width } => height_field(heights, *width),
             _ => convex(shape),

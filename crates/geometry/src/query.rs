@@ -5,6 +5,7 @@
 use crate::collider::{Collider, Leaf, Piece, Query, leaves, reach_box};
 use crate::geometry::{Aabb, Closest, RayHit};
 use crate::kernel::{Kernel, Touch};
+use crate::wall::{Facing, Wall};
 use carom_math::{Column, Pose, Rotation};
 use std::cell::Cell;
 
@@ -38,8 +39,8 @@ pub(crate) fn closest<S: Kernel>(
         leaves(b, pose_b, 0, &Query { box_in: &box_of_a, limit: &limit }, &mut |leaf_b| {
             offer(match (&leaf_a, &leaf_b) {
                 (Leaf::Wall(..), Leaf::Wall(..)) => None,
-                (Leaf::Wall(n, x, _), Leaf::Piece(p)) => Some(swapped(on_wall(p, *n, *x))),
-                (Leaf::Piece(p), Leaf::Wall(n, x, _)) => Some(on_wall(p, *n, *x)),
+                (Leaf::Wall(wall, _), Leaf::Piece(p)) => Some(swapped(on_wall(p, wall))),
+                (Leaf::Piece(p), Leaf::Wall(wall, _)) => Some(on_wall(p, wall)),
                 (Leaf::Piece(p), Leaf::Piece(q)) => nearest(p, q, limit.get()),
             });
         });
@@ -57,10 +58,10 @@ fn swapped<S: Kernel>(c: Closest<S>) -> Closest<S> {
 }
 
 /// Closest points of a piece (a) and a wall (b).
-fn on_wall<S: Kernel>(piece: &Piece<S>, normal: S::Vector, origin: S::Vector) -> Closest<S> {
-    let local = S::support(piece.core, piece.pose.rotation.unrotate(-normal)).0;
-    let turned = piece.pose.rotation.rotate(local);
-    let gap = normal.dot(turned + (piece.pose.position - origin)) - piece.radius;
+fn on_wall<S: Kernel>(piece: &Piece<S>, wall: &Wall<S>) -> Closest<S> {
+    let turned = piece.pose.rotation.rotate(wall.nearest_of(piece.core, &piece.pose));
+    let Facing { gap, outward: normal, .. } = wall.facing(turned + (piece.pose.position - wall.origin()));
+    let gap = gap - piece.radius;
     let point_a = piece.pose.position + turned - normal * piece.radius;
     Closest { point_a, point_b: point_a - normal * gap, normal, gap }
 }
@@ -115,6 +116,7 @@ fn cast<S: Kernel>(
     };
     match &*collider.form {
         Form::HalfSpace(normal) => offer(wall_hit(*normal, local.0, local.1), limit),
+        Form::Cavity(radius) => offer(hollow_hit(*radius, local.0, local.1), limit),
         Form::Convex(core, radius) => offer(piece_hit(core, *radius, local.0, local.1, *limit), limit),
         Form::Surface(surface) => surface.tree.along(local.0, local.1, *limit, |i| {
             offer(piece_hit(&surface.facet(i).core(), 0.0, local.0, local.1, *limit), limit);
@@ -140,6 +142,20 @@ fn wall_hit<S: Kernel>(normal: S::Vector, origin: S::Vector, direction: S::Vecto
         return Some(RayHit { distance: 0.0, normal });
     }
     (approach > 0.0).then(|| RayHit { distance: height / approach, normal })
+}
+
+/// Where a ray leaves a cavity about the origin: the larger root of |origin + t direction|^2 = radius^2.
+fn hollow_hit<S: Kernel>(radius: f64, origin: S::Vector, direction: S::Vector) -> Option<RayHit<S>> {
+    let distance = origin.norm();
+    if distance >= radius {
+        return Some(RayHit { distance: 0.0, normal: origin * (-1.0 / distance) });
+    }
+    let (a, b, c) = (direction.dot(direction), origin.dot(direction), distance * distance - radius * radius);
+    let root = (b * b - a * c).sqrt();
+    // of the two forms of the root the one without a difference of like numbers
+    let t = if b > 0.0 { -c / (b + root) } else { (root - b) / a };
+    let hit = origin + direction * t;
+    t.is_finite().then(|| RayHit { distance: t, normal: hit * (-1.0 / hit.norm()) })
 }
 
 /// First hit with a rounded convex core, in the core's frame.

@@ -33,6 +33,8 @@ pub enum PlanarShape {
     },
     /// Everything on the side of the origin's line that the outward normal points away from; no mass.
     HalfPlane { normal: Vec2 },
+    /// Everything farther from the origin than `radius`: the inside of a bowl or a drum; no mass.
+    Cavity { radius: f64 },
     /// Heights over equally spaced abscissae that span `width` about the origin; no mass.
     HeightField { heights: Vec<f64>, width: f64 },
     /// Several shapes in one body.
@@ -79,6 +81,8 @@ pub enum SpatialShape {
     TriMesh { vertices: Vec<Vec3>, triangles: Vec<[u32; 3]> },
     /// Everything on the side of the origin's plane that the outward normal points away from; no mass.
     HalfSpace { normal: Vec3 },
+    /// Everything farther from the origin than `radius`: the inside of a bowl or a ball; no mass.
+    Cavity { radius: f64 },
     /// `rows x columns` heights (row = y, column = x) over a rectangle `size` about the origin; no mass.
     HeightField { heights: Vec<Vec<f64>>, size: [f64; 2] },
     /// Several shapes in one body.

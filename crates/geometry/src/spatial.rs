@@ -23,6 +23,10 @@ impl Geometry for Spatial {
         match shape {
             SpatialShape::Compound { parts } => compound(parts),
             SpatialShape::HalfSpace { normal } => Ok(Collider::half_space(check::normal("normal", *normal)?)),
+            SpatialShape::Cavity { radius } => {
+                check::length("radius", *radius)?;
+                Ok(Collider::cavity(*radius))
+            }
             SpatialShape::TriMesh { vertices, triangles } => {
                 Ok(Collider::surface(mesh::triangles(vertices, triangles)?))
             }

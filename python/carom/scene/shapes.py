@@ -104,6 +104,13 @@ class HalfPlane(Strict):
     normal: Vector2 = Field(description="Outward normal, any length [1].")
 
 
+class Cavity(Strict):
+    """Everything farther from the origin than the radius: the inside of a bowl or a drum; no mass."""
+
+    type: Literal["cavity"]
+    radius: Positive = _RADIUS
+
+
 class PlanarHeightField(Strict):
     """Heights over equally spaced abscissae; no mass."""
 
@@ -153,6 +160,7 @@ PlanarShape = Annotated[
     | Segment
     | Polyline
     | HalfPlane
+    | Cavity
     | PlanarHeightField
     | PlanarCompound,
     Field(discriminator="type"),
@@ -320,13 +328,14 @@ SpatialShape = Annotated[
     | RoundConvexHull
     | TriMesh
     | HalfSpace
+    | Cavity
     | SpatialHeightField
     | SpatialCompound,
     Field(discriminator="type"),
 ]
 
 #: Shapes that have no volume and so can only belong to static or kinematic bodies.
-MASSLESS = frozenset({"segment", "polyline", "half_plane", "half_space", "height_field"})
+MASSLESS = frozenset({"segment", "polyline", "half_plane", "half_space", "cavity", "height_field"})
 
 PlanarPart.model_rebuild()
 PlanarCompound.model_rebuild()

@@ -149,8 +149,9 @@ impl<S: Geometry> Together<'_, S> {
         }
         seen.clone_from(after);
         let missed = found.iter().filter(|t| {
-            let plastic = t.restitution == 0.0
-                || normal_velocity(&self.bodies, t) > -self.limits.rest_speed_of(t.restitution);
+            // what bounces has a moment of its own on the way, though it may be through the other body by the end
+            let slow = self.limits.rest_speed_of(t.restitution).max(self.limits.still_speed);
+            let plastic = t.restitution == 0.0 || normal_velocity(&self.bodies, t).abs() <= slow;
             plastic && t.gap < -self.limits.arrived && active.names.binary_search(&t.id).is_err()
         });
         let missed = missed.map(|t| self.back_at_start(t, start, *time)).collect();

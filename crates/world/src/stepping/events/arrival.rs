@@ -1,6 +1,6 @@
 //! When bodies first meet on their ways. With a fixed separating normal n the gap of two convex pieces is at least
 //! gap + u s - a s^2 / 2, s later, where u is the normal velocity of the nearest points and a bounds the acceleration
-//! of all points along n (theory section 8.3). The first root of that bound is never past the arrival, and as a
+//! of all points along n (theory section 8.3); where a surface is hollow its curvature times the square of the speed adds to it. The first root of that bound is never past the arrival, and as a
 //! tangent it closes in on it quadratically.
 
 use super::limits::Limits;
@@ -216,7 +216,9 @@ impl<S: Geometry> Arrivals<S> {
             }
             let of = |s: &State<S>| s.velocity + S::swing(s.spin, p.point - s.position);
             let u = p.normal.dot(of(&at_a) - of(&at_b));
-            let bend = (swinging - p.normal.dot(pulled)).max(0.0);
+            // hollow surfaces come nearer on a straight way too
+            let hollow = if p.curvature > 0.0 { p.curvature * fastest * fastest } else { 0.0 };
+            let bend = (swinging - p.normal.dot(pulled) + hollow).max(0.0);
             if p.gap <= arrived {
                 if u < -search.limits.still_speed {
                     let late = p.gap < -4.0 * arrived && t > search.from;

@@ -28,7 +28,9 @@ pub struct Cluster {
     pub tolerance: f64,
     /// True when it needs no more rounds.
     pub settled: bool,
-    /// True where something turns on corners while its gap closes.
+    /// True where something turns on corners or edges.
+    pub angular: bool,
+    /// True where that is so while its gap closes.
     pub corners: bool,
     solved: Option<Solved>,
 }

@@ -14,8 +14,13 @@ use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::{Contact, Impulse, Twist};
 
-/// Most rounds between places and velocities.
-const MOST: usize = 12;
+/// Most rounds between places and velocities of balls: where they squeeze past each other, each leaves half the error of
+/// the one before, or more.
+const MOST: usize = 100;
+/// The same where corners and edges take part: features that come and go may never agree.
+const MOST_ON_CORNERS: usize = 12;
+/// Rounds after which a change as small as solves leave it will do.
+const LONG: usize = 12;
 /// Change of a unit normal below which the round is the last \[1\].
 const SAME_NORMAL: f64 = 3e-15;
 /// Change of a contact's arms below which the round is the last, over the body's size \[1\].
@@ -118,7 +123,9 @@ impl<S: Geometry> Together<'_, S> {
         rounds.clusters.join(&rounds.active.touches, known, moves);
         let (closing, corners) = (&rounds.active.closing, self.turning_corners(&rounds.active.touches));
         for (k, corner) in corners.into_iter().enumerate() {
-            rounds.clusters.of_contact_mut(k).corners |= corner && closing[k] > 0.0;
+            let cluster = rounds.clusters.of_contact_mut(k);
+            cluster.angular |= corner;
+            cluster.corners |= corner && closing[k] > 0.0;
         }
     }
 
@@ -143,8 +150,13 @@ impl<S: Geometry> Together<'_, S> {
 
     /// Takes a round; true when all is settled.
     pub fn round(&mut self, rounds: &mut Rounds<S>, tools: &mut Tools<S>) -> Result<bool, Halt> {
-        let most = if rounds.jointed { joints::ROUNDS } else { MOST };
-        rounds.clusters.all.iter_mut().for_each(|c| c.settled |= c.taken >= most);
+        let jointed = rounds.jointed;
+        let most = |c: &Cluster| match (jointed, c.angular) {
+            (true, _) => joints::ROUNDS,
+            (false, true) => MOST_ON_CORNERS,
+            (false, false) => MOST,
+        };
+        rounds.clusters.all.iter_mut().for_each(|c| c.settled |= c.taken >= most(c));
         let settled = rounds.clusters.are_settled();
         if settled && !rounds.first {
             return Ok(true);
@@ -164,7 +176,7 @@ impl<S: Geometry> Together<'_, S> {
             return Ok(true); // the same arms, at the places that came out
         }
         for cluster in rounds.clusters.all.iter_mut().filter(|c| !c.settled) {
-            let is_last = cluster.taken + 1 == most;
+            let is_last = cluster.taken + 1 == most(cluster);
             let enough = is_last || rounds.jointed;
             cluster.tolerance = if enough { 0.0 } else { self.tolerance_of(cluster, rounds.time) };
             cluster.tolerance = cluster.tolerance.max(self.limits.tolerance);
@@ -207,10 +219,20 @@ impl<S: Geometry> Together<'_, S> {
             };
             cluster.change = cluster.change.max(change);
         }
-        for c in &mut clusters.all {
+        let noise = self.noise(rounds.time);
+        for c in &mut rounds.clusters.all {
             let as_asked = c.taken > 0 && c.tolerance <= self.limits.tolerance;
-            c.settled |= as_asked && c.off == 0.0 && joints_settled && c.change <= 1.0;
+            let least = if c.taken < LONG { 1.0 } else { noise };
+            c.settled |= as_asked && c.off == 0.0 && joints_settled && c.change <= least;
         }
+    }
+
+    /// What the residual that solves may leave makes of the change of normals over a flow \[1\]: no sequence comes to less
+    /// but by chance.
+    fn noise(&self, time: f64) -> f64 {
+        let sizes = self.movers().map(|i| self.bodies.data[i].extent);
+        let smallest = sizes.fold(f64::INFINITY, f64::min);
+        (self.limits.tolerance * time / (smallest * SAME_NORMAL)).max(1.0)
     }
 
     /// How well a cluster's round need be solved \[m/s\].
