@@ -119,8 +119,7 @@ pub fn touches_of<S: Geometry>(
     let rolling = pair.rolling_friction.unwrap_or(rolling);
     let spinning = larger(data[a].spinning_friction, data[b].spinning_friction);
     let spinning = pair.spinning_friction.unwrap_or(spinning);
-    let mixed = settings.restitution_mixing.mix(data[a].restitution, data[b].restitution);
-    let restitution = pair.restitution.unwrap_or(mixed);
+    let restitution = restitution_of(bodies, settings, (a, b));
     let tangential = (data[a].tangential_restitution, data[b].tangential_restitution);
     let mixed = settings.restitution_mixing.mix(tangential.0, tangential.1);
     let tangential_restitution = pair.tangential_restitution.unwrap_or(mixed);
@@ -137,6 +136,17 @@ pub fn touches_of<S: Geometry>(
         restitution,
         tangential_restitution,
     }));
+}
+
+/// Restitution of a pair's contacts \[1\].
+pub fn restitution_of<S: Geometry>(
+    bodies: &Bodies<S>,
+    settings: &Settings<S>,
+    (a, b): (usize, usize),
+) -> f64 {
+    let (one, other) = (&bodies.data[a], &bodies.data[b]);
+    let mixed = settings.restitution_mixing.mix(one.restitution, other.restitution);
+    bodies.materials.between(one.material, other.material).restitution.unwrap_or(mixed)
 }
 
 /// Largest speed of a body's surface in a step before impacts \[m/s\].

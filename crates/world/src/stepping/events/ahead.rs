@@ -4,14 +4,15 @@
 //! and in the flow it holds ubar_n >= -gap / tau: the gap closes at the flow's end, and never more. Both take energy
 //! and never give. What is given up is the moment: a body is slowed up to a flow's length too early.
 
+use super::arrival::{Arrivals, Search, Way};
 use super::contacts::Active;
 use super::flow::Stick;
 use super::push::Push;
 use super::rounds::Rounds;
-use super::timeline::OVER;
+use super::timeline::{OVER, state};
 use super::together::{Halt, Together, Tools};
 use crate::bodies::Motion;
-use crate::narrow_phase::{Touch, normal_velocity};
+use crate::narrow_phase::{Touch, normal_velocity, restitution_of};
 use crate::observe::accounts::Cause;
 use crate::settings::PlasticArrivals;
 use crate::warm_start::WarmStart;
@@ -111,7 +112,7 @@ impl<S: Geometry> Together<'_, S> {
         tools: &mut Tools<S>,
     ) -> Result<Active<S>, Halt> {
         let mut rounds = self.begin_rounds(time, active, stick);
-        let mut seen: Vec<Twist<S>> = Vec::new();
+        let (mut seen, mut passed): (Vec<Twist<S>>, Vec<Twist<S>>) = (Vec::new(), Vec::new());
         for _ in 0..FLOW_ROUNDS {
             let mut settled = false;
             for _ in 0..LOOK {
@@ -121,6 +122,9 @@ impl<S: Geometry> Together<'_, S> {
             if coming.is_empty() && !settled {
                 self.take_rounds(&mut rounds, tools)?;
                 coming = self.overtaken(&rounds, &mut seen);
+            }
+            if coming.is_empty() {
+                coming = self.passing(&rounds, &mut passed, tools.arrivals);
             }
             if coming.is_empty() {
                 return self.end_rounds(rounds);
@@ -157,6 +161,60 @@ impl<S: Geometry> Together<'_, S> {
         let missed = missed.map(|t| self.back_at_start(t, start, *time)).collect();
         self.bodies.motion.copy_from(&middle);
         missed
+    }
+
+    /// Plastic contacts that do not act in a flow, come in on its way and are gone by its end, as they were where it began:
+    /// corners that dip into another body, and what would pass through a thin one. `passed` is as `seen` above.
+    fn passing(
+        &mut self,
+        rounds: &Rounds<S>,
+        passed: &mut Vec<Twist<S>>,
+        arrivals: &mut Arrivals<S>,
+    ) -> Vec<Touch<S>> {
+        let Rounds { start, before, after, time, active, .. } = rounds;
+        let middle = self.bodies.motion.clone();
+        self.bring_to_end(&start.position, before, after, *time);
+        let end = &self.bodies.motion;
+        let arm = |i: usize| self.bodies.data[i].turning_arm;
+        let way = |i: usize| Way::between(0.0, *time, &state(start, i), &state(end, i), arm(i));
+        let ways: Vec<Way<S>> = (0..self.bodies.len()).map(way).collect();
+        let fares_anew = |i: usize| passed.get(i) != Some(&after[i]);
+        let mut missed = Vec::new();
+        for k in 0..self.pairs.len() {
+            let (a, b) = self.pairs[k];
+            if !(fares_anew(a) || fares_anew(b)) || restitution_of(&self.bodies, self.settings, (a, b)) > 0.0
+            {
+                continue;
+            }
+            let (bodies, limits, ignored) = (&self.bodies, self.limits, active.names.as_slice());
+            let search =
+                Search { pair: (a, b), from: 0.0, until: *time, bodies, ways: &ways, limits, ignored };
+            if let Some((moment, id)) = arrivals.first(&search) {
+                missed.extend(self.arriving((a, b), id, moment, (start, &ways)));
+            }
+        }
+        passed.clone_from(after);
+        self.bodies.motion.copy_from(&middle);
+        missed
+    }
+
+    /// A contact that arrives at a moment of the bodies' ways, as it was where they began.
+    fn arriving(
+        &mut self,
+        (a, b): (usize, usize),
+        id: u64,
+        moment: f64,
+        (start, ways): (&Motion<S>, &[Way<S>]),
+    ) -> Option<Touch<S>> {
+        for i in [a, b] {
+            let s = ways[i].at(moment);
+            (self.bodies.motion.position[i], self.bodies.motion.rotation[i]) = (s.position, s.rotation);
+            self.bodies.motion.set_twist(i, &Twist::new(s.velocity, s.spin));
+        }
+        let mut found = Vec::new();
+        let margin = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
+        self.find((a, b), margin, &mut found);
+        found.iter().find(|t| t.id == id).map(|t| self.back_at_start(t, start, moment))
     }
 
     /// A contact at a flow's end as it was where the flow began, by the mean of the velocities there and here.

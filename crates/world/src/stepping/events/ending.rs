@@ -89,6 +89,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             stops: 0,
             stopping: false,
             islands: 1,
+            complete: false,
         }));
         Ok(())
     }

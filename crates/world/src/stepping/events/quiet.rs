@@ -109,8 +109,18 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         }
         let islands = split(&at, &active).len();
         let (begin, time, until) = (0.0, dt, dt);
-        let course =
-            Course { begin, time, until, stick, before, events: 0, stops: 0, stopping: false, islands };
+        let course = Course {
+            begin,
+            time,
+            until,
+            stick,
+            before,
+            events: 0,
+            stops: 0,
+            stopping: false,
+            islands,
+            complete: at_once,
+        };
         self.enter(at, start, active, course);
         Ok(())
     }

@@ -13,6 +13,7 @@ use super::together::{Halt, LastFlow, Saved, Together, Tools};
 use crate::bodies::{Bodies, Motion};
 use crate::force::Wrench;
 use crate::joint::{JointImpulse, add_all};
+use crate::narrow_phase::restitution_of;
 use crate::observe::accounts::Accounts;
 use crate::observe::event_log::EventLog;
 use crate::observe::ledger::Ledger;
@@ -85,6 +86,8 @@ pub struct Island<S: Geometry> {
     pub(super) stopping: bool,
     /// Islands that share this flow: 1 but for the quiet ones of a step's start.
     pub islands: usize,
+    /// True when all plastic contacts that come in on the way are in its flow: they need no moments.
+    pub(super) complete: bool,
 }
 
 /// When and how an island flows.
@@ -101,6 +104,8 @@ pub(super) struct Course {
     pub stopping: bool,
     /// Islands that share it.
     pub islands: usize,
+    /// True when all plastic contacts that come in on the way are in it.
+    pub complete: bool,
 }
 
 /// What waits in the queue: when, and whose. Moments are not negative, so their bits are in order.
@@ -299,8 +304,18 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             (time, stopping) = (stop, true);
         }
         let until = if rest - time <= OVER * limits.dt { limits.dt } else { moment + time };
-        let course =
-            Course { begin: moment, time, until, stick, before, events, stops, stopping, islands: 1 };
+        let course = Course {
+            begin: moment,
+            time,
+            until,
+            stick,
+            before,
+            events,
+            stops,
+            stopping,
+            islands: 1,
+            complete: false,
+        };
         self.enter(at, start, active, course);
         Ok(())
     }
@@ -308,7 +323,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     /// Enters a flow that has been laid out: its bodies' ways, and its end if that is not the step's.
     pub(super) fn enter(&mut self, at: Together<'a, S>, start: Saved<S>, active: Active<S>, course: Course) {
         let number = self.islands.len();
-        let Course { begin, time, until, stick, before, events, stops, stopping, islands } = course;
+        let Course { begin, time, until, stick, before, events, stops, stopping, islands, complete } = course;
         let over = OVER * self.common.limits.dt;
         debug_assert!((at.moved - time).abs() <= over, "moved by {} s for a flow of {time} s", at.moved);
         for (k, &i) in at.members.iter().enumerate() {
@@ -343,6 +358,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             stops,
             stopping,
             islands,
+            complete,
         }));
     }
 
@@ -354,6 +370,13 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         let (one, other) = (island(a), island(b));
         let until = |island: Option<&Island<S>>| island.map_or(self.common.limits.dt, |i| i.until);
         let mover = one.or(other);
+        let is_complete = |island: Option<&Island<S>>| island.is_none_or(|i| i.complete);
+        if is_complete(one)
+            && is_complete(other)
+            && restitution_of(self.bodies, self.common.settings, (a, b)) == 0.0
+        {
+            return;
+        }
         let search = Search {
             pair: (a, b),
             from: moment,
