@@ -1,7 +1,8 @@
 //! When bodies first meet on their ways. With a fixed separating normal n the gap of two convex pieces is at least
 //! gap + u s - a s^2 / 2, s later, where u is the normal velocity of the nearest points and a bounds the acceleration
-//! of all points along n (theory section 8.3); where a surface is hollow its curvature times the square of the speed adds to it. The first root of that bound is never past the arrival, and as a
-//! tangent it closes in on it quadratically.
+//! of all points along n (theory section 8.3); where a surface is hollow its curvature times the square of the speed
+//! adds to it. The first root of that bound is never past the arrival, and as a tangent it closes in on it
+//! quadratically.
 
 use super::limits::Limits;
 use crate::bodies::Bodies;

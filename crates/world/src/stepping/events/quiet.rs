@@ -90,6 +90,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         if longest_flow(&at) < dt {
             return self.lay_out_each(&at, &active, 0.0, 0, 0);
         }
+        let mut complete = at_once;
         let mut stick = if at_once { Stick::End } else { Stick::Mean };
         if at_once {
             active = at.flow_with_all(dt, active, stick, &mut self.tools)?;
@@ -99,7 +100,9 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
                 stick = Stick::Mean;
                 active = at.flow_with_all(dt, active, stick, &mut self.tools)?;
             }
-            self.events.capped += std::mem::take(&mut at.events.capped);
+            let capped = std::mem::take(&mut at.events.capped);
+            complete = capped == 0;
+            self.events.capped += capped;
         } else {
             at.flow(dt, &active, stick, &mut self.tools)?;
             if at.turns_slips(&start, &active) {
@@ -119,7 +122,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             stops: 0,
             stopping: false,
             islands,
-            complete: at_once,
+            complete,
         };
         self.enter(at, start, active, course);
         Ok(())
