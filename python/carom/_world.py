@@ -62,12 +62,16 @@ class World(Arrayed, Forced, Jointed, Observed, Judged):
         '"trapezoid" (default), "explicit_euler", "semi_implicit_euler", "implicit_midpoint" or "rk4".'
     )
     scheme: Setting[str] = Setting(
-        'Time-stepping scheme: "fixed_step" (default), or "events" (impacts and stops of slipping found '
-        "inside the step; exact at any dt)."
+        'Time-stepping scheme: "fixed_step" (default), "events" (impacts and stops of slipping found '
+        'inside the step; exact at any dt) or "soft_step" (substeps of soft contacts in f32: fast).'
     )
     events: Setting[dict[str, Any]] = Setting(
         'Choices of the scheme "events": touching, rest_speed_factor, tolerance, slip_stops, cap, overlap, '
         "plastic_arrivals, warm_start; those left out get their defaults."
+    )
+    soft: Setting[dict[str, Any]] = Setting(
+        'Choices of the scheme "soft_step": substeps [1], hertz [Hz], damping_ratio [1], push_speed [m/s]; '
+        "those left out get their defaults."
     )
     solver: Setting[str | None] = Setting(
         'None (default): the scheme\'s own, "pgs" for "fixed_step" and "exact" for "events"; "auto" (sweeps '
@@ -563,7 +567,8 @@ class World(Arrayed, Forced, Jointed, Observed, Judged):
         kinds = [body.kind for body in self] if len(self) <= 1000 else []
         still = len([kind for kind in kinds if kind != "dynamic"])
         parts = f"{len(self)} bodies" + (f" ({still} obstacles)" if still else "")
-        solver = self.solver or ("exact" if self.scheme == "events" else "pgs")
+        own = {"fixed_step": "pgs", "events": "exact", "soft_step": "soft_step's own"}
+        solver = self.solver or own[self.scheme]
         return f"<{self._space.name}.World {parts}, t = {self.time:.6g} s, solver {solver}>"
 
 

@@ -29,5 +29,6 @@ mod rotation;
 mod simbenchmark;
 mod slices;
 mod snapshots;
+mod soft_step;
 mod statics;
 mod systems;

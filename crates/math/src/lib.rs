@@ -2,17 +2,20 @@
 //! once for the plane and for space. Knows no bodies, no shapes and no solver.
 
 pub mod inertia;
+pub mod lanes;
 pub mod pose;
 pub mod rotation;
 pub mod skew;
 pub mod space;
 pub mod tuple;
+pub mod wide;
 
 pub use inertia::{Inertia, Moment, Sym3};
 pub use pose::Pose;
 pub use rotation::{Quaternion, Rotation, Turn};
 pub use space::{Planar, Space, Spatial};
 pub use tuple::{Column, Tuple, Vec1, Vec2, Vec3, vec1, vec2, vec3};
+pub use wide::{Several, Wide};
 
 /// The exponential function with the same bits on every machine.
 pub fn exp(x: f64) -> f64 {

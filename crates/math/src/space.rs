@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 
 /// The plane or space.
-pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
+pub trait Space: crate::wide::Wide + Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// Positions, velocities, forces: 2 | 3 numbers.
     type Vector: Column;
     /// Angular velocities, torques, angular momenta: 1 | 3 numbers.

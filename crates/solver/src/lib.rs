@@ -26,6 +26,7 @@ pub mod prepared;
 pub mod problem;
 pub mod residual;
 pub mod resistance;
+pub mod soft;
 pub mod watch;
 
 pub use certificate::Certificate;

@@ -53,6 +53,6 @@ pub use observe::ledger::Ledger;
 pub use observe::report::{Events, ImpactReport, SolveReport, StepReport};
 pub use settings::{
     EnergyGuard, EventSettings, ImpactLaw, OnInaccurate, PlasticArrivals, PositionCorrection, Scheme,
-    Settings,
+    Settings, SoftSettings,
 };
 pub use world::{Phase, World, World2, World3};

@@ -3,7 +3,8 @@
 
 use crate::bodies::Bodies;
 use crate::material::Mixing;
-use crate::settings::Settings;
+use crate::settings::{Scheme, Settings};
+use crate::stepping::soft_step::AGAIN;
 use carom_geometry::broad_phase::BroadPhase;
 use carom_geometry::{Aabb, ContactPoint, Geometry};
 use carom_math::{Column, Space};
@@ -35,6 +36,9 @@ pub struct Touch<S: Space> {
     pub tangential_restitution: f64,
 }
 
+/// Appends the contacts of a pair (a, b) of bodies if it knows them.
+pub type Known<'a, S> = dyn FnMut(usize, usize, &mut Vec<Touch<S>>) -> bool + 'a;
+
 /// Finds contacts; holds memory and the broad phase's order, nothing that changes an answer.
 #[derive(Default)]
 pub struct NarrowPhase<S: Geometry> {
@@ -50,6 +54,18 @@ pub struct NarrowPhase<S: Geometry> {
 impl<S: Geometry> NarrowPhase<S> {
     /// All contacts whose gap is at most the pair's margin, in order of (a, b, feature).
     pub fn update(&mut self, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64, out: &mut Vec<Touch<S>>) {
+        self.update_but(bodies, settings, dt, &mut |_, _, _| false, out);
+    }
+
+    /// The same, but for pairs whose contacts `known` appends itself; it is asked in order of (a, b).
+    pub fn update_but(
+        &mut self,
+        bodies: &Bodies<S>,
+        settings: &Settings<S>,
+        dt: f64,
+        known: &mut Known<'_, S>,
+        out: &mut Vec<Touch<S>>,
+    ) {
         out.clear();
         self.prepare(bodies, settings, dt);
         let data = &bodies.data;
@@ -70,6 +86,9 @@ impl<S: Geometry> NarrowPhase<S> {
         }
         for &(i, j) in self.broad.update(&self.bounds, &self.movable, &may_pair) {
             let (a, b) = (self.indices[i as usize], self.indices[j as usize]);
+            if known(a, b, out) {
+                continue;
+            }
             let margin = self.margins[i as usize] + self.margins[j as usize];
             self.points.clear();
             let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
@@ -180,8 +199,8 @@ fn share_speeds(pairs: &[(u32, u32)], movable: &[bool], speeds: &mut [f64]) -> b
 }
 
 /// How far a body's surface can come in a step \[m\], at twice its speed for what impacts may make of it: its share
-/// of a pair's margin. At least 5e-4 and at most half of its size, so that a contact is never felt from further
-/// away than that.
+/// of a pair's margin. At least 5e-4 of its size and at most half of it, so that a contact is never felt from further
+/// away than that; where contacts are used again while bodies hardly move, at least as far as they may move then.
 fn reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: f64, speed: f64) -> f64 {
     if let Some(margin) = settings.contact_margin {
         return 0.5 * margin;
@@ -190,7 +209,8 @@ fn reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: 
     if !bodies.is_dynamic(i) {
         return (speed * dt).min(extent); // no impact changes its speed
     }
-    (2.0 * speed * dt).clamp(5e-4 * extent, extent)
+    let least = if settings.scheme == Scheme::SoftStep { AGAIN } else { 5e-4 };
+    (2.0 * speed * dt).clamp(least * extent, extent)
 }
 
 /// A contact's name from its bodies' serials and its feature: a fixed mixing of bits (SplitMix64's).

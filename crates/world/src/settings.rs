@@ -17,6 +17,29 @@ pub enum Scheme {
     FixedStep,
     /// Steps with impacts and stops of slipping found inside them; contact conditions on mean velocities.
     Events,
+    /// Substeps of soft contacts in lanes of f32: fast, for scenes that must look right rather than be exact.
+    SoftStep,
+}
+
+/// Choices of the scheme `soft_step`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SoftSettings {
+    /// Substeps of a step \[1\]. Default 4. A substep divides the error of stacks by four and costs two sweeps.
+    pub substeps: usize,
+    /// Frequency of the springs between bodies that move \[Hz\]; twice that with obstacles, and never above a quarter of
+    /// the substeps' own. Default 30: softer ones sink, stiffer ones ring.
+    pub hertz: f64,
+    /// Damping ratio of the springs \[1\]. Default 10: overlap goes without a bounce.
+    pub damping_ratio: f64,
+    /// Overlaps are not pushed apart faster than this \[m/s\]. Default 3.
+    pub push_speed: f64,
+}
+
+impl Default for SoftSettings {
+    fn default() -> Self {
+        SoftSettings { substeps: 4, hertz: 30.0, damping_ratio: 10.0, push_speed: 3.0 }
+    }
 }
 
 /// Choices of the scheme `events`.
@@ -197,6 +220,9 @@ pub struct Settings<S: Space> {
     pub scheme: Scheme,
     /// Choices of the scheme `events`.
     pub events: EventSettings,
+    /// Choices of the scheme `soft_step`.
+    #[serde(default)]
+    pub soft: SoftSettings,
     /// The solver of contact problems. Default the scheme's: `pgs` for fixed steps, `exact` for events.
     pub solver: Option<SolverKind>,
     /// Most iterations per solve \[1\]. Default 100.
@@ -248,6 +274,7 @@ impl<S: Space> Default for Settings<S> {
             integrator: Integrator::default(),
             scheme: Scheme::default(),
             events: EventSettings::default(),
+            soft: SoftSettings::default(),
             solver: None,
             iterations: 100,
             tolerance: 1e-6,
@@ -278,7 +305,7 @@ impl<S: Space> Settings<S> {
     /// The solver that is used: the one chosen, or the scheme's own.
     pub fn solver_kind(&self) -> SolverKind {
         let own = match self.scheme {
-            Scheme::FixedStep => SolverKind::default(),
+            Scheme::FixedStep | Scheme::SoftStep => SolverKind::default(),
             Scheme::Events => SolverKind::Exact,
         };
         self.solver.unwrap_or(own)
@@ -287,7 +314,7 @@ impl<S: Space> Settings<S> {
     pub fn impact_law(&self) -> ImpactLaw {
         self.impact.unwrap_or(match self.scheme {
             // a blow is shared in the step in which it falls, whatever the row is long
-            Scheme::FixedStep => ImpactLaw::Newton,
+            Scheme::FixedStep | Scheme::SoftStep => ImpactLaw::Newton,
             // rounds pass blows on, and do not jump where gaps close
             Scheme::Events => ImpactLaw::GeneralizedReflections,
         })
@@ -326,6 +353,9 @@ impl<S: Space> Settings<S> {
             ("events.rest_speed_factor", Some(self.events.rest_speed_factor), f64::MAX),
             ("events.tolerance", Some(self.events.tolerance), f64::MAX),
             ("events.overlap", Some(self.events.overlap), 1.0),
+            ("soft.hertz", Some(self.soft.hertz), f64::MAX),
+            ("soft.damping_ratio", Some(self.soft.damping_ratio), f64::MAX),
+            ("soft.push_speed", Some(self.soft.push_speed), f64::MAX),
         ];
         for (field, value, most) in at_least_zero {
             if let Some(x) = value.filter(|x| !(*x >= 0.0 && *x <= most)) {
@@ -341,6 +371,37 @@ impl<S: Space> Settings<S> {
             let problem = format!("{:?} does not kick half-way through a step", self.integrator);
             let remedy = "take trapezoid or implicit_midpoint with scheme events";
             return Err(BuildError::setting("integrator", problem, remedy));
+        }
+        self.check_soft()
+    }
+
+    /// What the scheme `soft_step` cannot be asked for.
+    fn check_soft(&self) -> Result<(), BuildError> {
+        let SoftSettings { substeps, .. } = self.soft;
+        if substeps == 0 || substeps > 1000 {
+            let problem = format!("must be in 1 to 1000, got {substeps}");
+            return Err(BuildError::setting("soft.substeps", problem, "4 serve most scenes"));
+        }
+        if self.scheme != Scheme::SoftStep {
+            return Ok(());
+        }
+        let own = |field, what: String, remedy| {
+            let problem = format!("is {what}, but scheme soft_step has its own");
+            Err(BuildError::setting(field, problem, remedy))
+        };
+        let remedy = "leave it out, or take scheme fixed_step or events";
+        if let Some(solver) = self.solver {
+            return own("solver", solver.name().into(), remedy);
+        }
+        if let Some(law) = self.impact {
+            return own("impact", law.name().into(), remedy);
+        }
+        if self.friction_law == FrictionLaw::Box {
+            return own("friction_law", "box".into(), "take friction_law disc, or scheme fixed_step");
+        }
+        if self.on_inaccurate == OnInaccurate::Escalate {
+            let remedy = "take ignore, warn or raise, or scheme fixed_step";
+            return own("on_inaccurate", "escalate".into(), remedy);
         }
         Ok(())
     }

@@ -24,6 +24,9 @@ pub struct WarmStart<S: Space> {
     /// Contacts that held through the last flow of a scheme with events, ascending.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pressed: Vec<u64>,
+    /// Forces of patches of contact after a soft step, in the order of their pairs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub patches: Vec<crate::stepping::soft_step::PatchForce>,
 }
 
 impl<S: Space> WarmStart<S> {
@@ -48,6 +51,14 @@ impl<S: Space> WarmStart<S> {
         self.rows.clear();
         self.rows.extend(problem.rows.iter().zip(&impulses.rows).map(|(r, l)| (r.id, l / dt)));
         self.rows.sort_by_key(|r| r.0);
+    }
+    /// Forgets all forces; what is remembered of joints stays.
+    pub(crate) fn clear(&mut self) {
+        self.forces.clear();
+        self.moments.clear();
+        self.rows.clear();
+        self.pressed.clear();
+        self.patches.clear();
     }
     /// Adds another group's forces and pressed contacts; `sort` them when all are in.
     pub(crate) fn take_over(&mut self, other: WarmStart<S>, pressed: Vec<u64>) {

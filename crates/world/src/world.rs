@@ -290,7 +290,7 @@ impl<S: Geometry> World<S> {
             Ok(_) => {}
         }
         if phase == Phase::Contact {
-            return Ok(tried.contact().0.clone());
+            return Ok(tried.contact(&self.bodies, &self.spare.0).0.clone());
         }
         let mut problem = tried.impacts().problem.clone();
         if tried.impacts().struck.is_empty() {
@@ -349,13 +349,15 @@ impl<S: Geometry> World<S> {
     }
 
     fn scene(&self, thorough: bool) -> Scene<'_, S> {
+        let (problem, impulses, _) = self.schemes.contact(&self.bodies, &self.touches);
+        let contact = (problem, impulses);
         Scene {
             thorough,
             bodies: &self.bodies,
             settings: &self.settings,
             touches: &self.touches,
             impact: (&self.schemes.impacts().problem, &self.schemes.impacts().impulses),
-            contact: (self.schemes.contact().0, self.schemes.contact().1),
+            contact,
         }
     }
 
@@ -410,7 +412,7 @@ impl<S: Geometry> World<S> {
         })?;
         if stopped {
             // the solve came to its end at the very look that asked to stop
-            let contacts = self.schemes.contact().0.contacts.len();
+            let contacts = self.touches.len();
             return Err(StepError::Interrupted { phase: Phase::Contact.name(), contacts, time: self.time });
         }
         self.normalize_rotations();
@@ -442,6 +444,13 @@ impl<S: Geometry> World<S> {
                 let report = self.schemes.events.advance(bodies, settings, &step, outside, warm);
                 self.touches.clone_from(&self.schemes.events.touches);
                 report
+            }
+            Scheme::SoftStep => {
+                let scheme = &mut self.schemes.soft_step;
+                let mut again = scheme.again(bodies, settings, warm);
+                let mut known = |a: usize, b: usize, out: &mut Vec<Touch<S>>| again.append(a, b, out);
+                self.narrow_phase.update_but(bodies, settings, dt, &mut known, &mut self.touches);
+                scheme.advance(bodies, &self.touches, settings, &step, outside, warm)
             }
         };
         let mut report = report?;

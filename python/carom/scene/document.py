@@ -37,7 +37,7 @@ from carom.scene.suggest import did_you_mean
 SCHEMA_VERSION = 1
 
 Integrator = Literal["trapezoid", "explicit_euler", "semi_implicit_euler", "implicit_midpoint", "rk4"]
-Scheme = Literal["fixed_step", "events"]
+Scheme = Literal["fixed_step", "events", "soft_step"]
 Solver = Literal[
     "sequential", "pgs", "pgs_matrix", "direct", "lemke", "nncg", "apgd", "enumeration", "exact", "auto"
 ]  # fmt: skip
@@ -83,18 +83,39 @@ class EventSettings(Strict):
     )
 
 
+class SoftSettings(Strict):
+    """Choices of the scheme "soft_step"."""
+
+    substeps: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
+        default=None, description="Substeps of a step [1]; 4 when absent."
+    )
+    hertz: NotNegative | None = Field(
+        default=None,
+        description="Frequency of the springs between bodies that move [Hz], twice that with obstacles; 30 when "
+        "absent.",
+    )
+    damping_ratio: NotNegative | None = Field(
+        default=None, description="Damping ratio of the springs [1]; 10 when absent."
+    )
+    push_speed: NotNegative | None = Field(
+        default=None, description="Overlaps are not pushed apart faster than this [m/s]; 3 when absent."
+    )
+
+
 class SettingsCommon(Strict):
     """Settings that the plane and space share."""
 
     dt: Positive | None = Field(default=None, description="Time step [s]; 1/240 when absent.")
     integrator: Integrator | None = Field(default=None, description='Integrator; "trapezoid" when absent.')
     scheme: Scheme | None = Field(
-        default=None, description='Time-stepping scheme: "fixed_step" (when absent) or "events".'
+        default=None, description='Time-stepping scheme: "fixed_step" (when absent), "events" or "soft_step".'
     )
     events: EventSettings | None = Field(default=None, description='Choices of the scheme "events".')
+    soft: SoftSettings | None = Field(default=None, description='Choices of the scheme "soft_step".')
     solver: Solver | None = Field(
         default=None,
-        description='Contact solver; the scheme\'s own when absent: "pgs" | "exact" for "events".',
+        description='Contact solver; the scheme\'s own when absent: "pgs" | "exact" for "events"; not for '
+        '"soft_step".',
     )
     iterations: Annotated[int, Field(strict=True, ge=1, le=10_000_000)] | None = Field(
         default=None, description="Most iterations of the solver in a step [1]; 100 when absent."

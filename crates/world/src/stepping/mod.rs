@@ -4,6 +4,7 @@ pub mod events;
 pub mod fixed_step;
 mod held;
 pub mod schemes;
+pub mod soft_step;
 
 use crate::bodies::Bodies;
 use crate::integrate::Loads;

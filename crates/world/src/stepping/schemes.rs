@@ -1,14 +1,17 @@
 //! The schemes side by side, and what the one that took the last step left behind. Knows no world.
 
+use crate::bodies::Bodies;
 use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::joint::JointImpulse;
+use crate::narrow_phase::Touch;
 use crate::observe::accounts::Accounts;
 use crate::observe::event_log::{ContactSum, EventLog};
 use crate::observe::report::SolveReport;
 use crate::settings::Scheme;
 use crate::stepping::events::EventsScheme;
 use crate::stepping::fixed_step::FixedStep;
+use crate::stepping::soft_step::SoftStep;
 use carom_geometry::Geometry;
 use carom_solver::{ContactProblem, Impulses, Twist};
 
@@ -29,6 +32,8 @@ pub struct Schemes<S: Geometry> {
     pub fixed_step: FixedStep<S>,
     /// Steps with events inside them.
     pub events: EventsScheme<S>,
+    /// Soft steps.
+    pub soft_step: SoftStep<S>,
     /// What the joints gave, the step's start included.
     pub joints: JointsLast<S>,
 }
@@ -39,6 +44,7 @@ impl<S: Geometry> Default for Schemes<S> {
             ran: Scheme::default(),
             fixed_step: FixedStep::default(),
             events: EventsScheme::default(),
+            soft_step: SoftStep::default(),
             joints: JointsLast::default(),
         }
     }
@@ -46,7 +52,11 @@ impl<S: Geometry> Default for Schemes<S> {
 
 impl<S: Geometry> Schemes<S> {
     /// The last step's contact problem, its impulses, and the touch of each contact.
-    pub fn contact(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
+    pub fn contact(
+        &self,
+        bodies: &Bodies<S>,
+        touches: &[Touch<S>],
+    ) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
         match self.ran {
             Scheme::FixedStep => {
                 let s = &self.fixed_step;
@@ -56,6 +66,7 @@ impl<S: Geometry> Schemes<S> {
                 let s = &self.events;
                 (&s.problem, &s.impulses, &s.pressed)
             }
+            Scheme::SoftStep => self.soft_step.contact(bodies, touches),
         }
     }
     /// What the scheme's last step made the joints give.
@@ -63,6 +74,7 @@ impl<S: Geometry> Schemes<S> {
         match self.ran {
             Scheme::FixedStep => &self.fixed_step.joints,
             Scheme::Events => &self.events.joints,
+            Scheme::SoftStep => &self.soft_step.joints,
         }
     }
     /// The last step's impacts.
@@ -70,6 +82,7 @@ impl<S: Geometry> Schemes<S> {
         match self.ran {
             Scheme::FixedStep => &self.fixed_step.impacts,
             Scheme::Events => &self.events.impacts,
+            Scheme::SoftStep => &self.soft_step.impacts,
         }
     }
     /// Makes room for what each body is given in the step to come, or none.
@@ -78,6 +91,7 @@ impl<S: Geometry> Schemes<S> {
         match self.ran {
             Scheme::FixedStep => self.fixed_step.accounts = accounts,
             Scheme::Events => self.events.accounts = accounts,
+            Scheme::SoftStep => self.soft_step.accounts = accounts,
         }
     }
     /// What each body was given in the last step.
@@ -85,6 +99,7 @@ impl<S: Geometry> Schemes<S> {
         match self.ran {
             Scheme::FixedStep => &self.fixed_step.accounts,
             Scheme::Events => &self.events.accounts,
+            Scheme::SoftStep => &self.soft_step.accounts,
         }
     }
     /// What happened in the last step, where its scheme finds events.
@@ -100,6 +115,7 @@ impl<S: Geometry> Schemes<S> {
         match self.ran {
             Scheme::FixedStep => self.fixed_step.failed.take(),
             Scheme::Events => self.events.failed.take(),
+            Scheme::SoftStep => self.soft_step.failed.take(),
         }
     }
     /// Applied loads of the last step on each body.
@@ -107,13 +123,14 @@ impl<S: Geometry> Schemes<S> {
         match self.ran {
             Scheme::FixedStep => &self.fixed_step.loads,
             Scheme::Events => &self.events.loads,
+            Scheme::SoftStep => &self.soft_step.loads,
         }
     }
     /// How far the last step's position correction moved and turned each body; empty where there was none.
     pub fn correction(&self) -> &[Twist<S>] {
         match self.ran {
             Scheme::FixedStep => &self.fixed_step.correction.moved,
-            Scheme::Events => &[],
+            Scheme::Events | Scheme::SoftStep => &[],
         }
     }
 }

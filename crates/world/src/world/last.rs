@@ -14,7 +14,7 @@ impl<S: Geometry> World<S> {
     }
     /// The contact problem of the last step, its impulses, and for each of its contacts the index into `touches`.
     pub fn last_problem(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
-        self.schemes.contact()
+        self.schemes.contact(&self.bodies, &self.touches)
     }
     /// The impact problem of the last step's first round, its impulses, and for each of its contacts the index into
     /// `touches`; no indices when nothing struck.

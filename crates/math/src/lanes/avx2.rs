@@ -1,0 +1,122 @@
+//! Eight numbers in one register of AVX2. The token is the proof that the processor has it, so no `unsafe` is needed.
+
+use super::{Eight, Job, Lanes, WIDTH};
+use pulp::x86::V3;
+use std::arch::x86_64::__m256;
+
+/// Rounds to the upper half of the bits, ties away from zero.
+#[inline(always)]
+fn half(lanes: V3, x: __m256) -> __m256 {
+    let rounded = lanes.avx2._mm256_add_epi32(pulp::cast(x), lanes.avx._mm256_set1_epi32(0x8000));
+    lanes.avx._mm256_and_ps(pulp::cast(rounded), upper(lanes))
+}
+
+#[inline(always)]
+fn upper(lanes: V3) -> __m256 {
+    pulp::cast(lanes.avx._mm256_set1_epi32(0xffff_0000_u32 as i32))
+}
+
+/// Rows i, i + 1 interleaved, lower and upper halves of each 128 bits.
+#[inline(always)]
+fn woven(lanes: V3, a: __m256, b: __m256) -> (__m256, __m256) {
+    (lanes.avx._mm256_unpacklo_ps(a, b), lanes.avx._mm256_unpackhi_ps(a, b))
+}
+
+/// The first four quantities of four rows from their woven pairs.
+#[inline(always)]
+fn quarter(lanes: V3, one: (__m256, __m256), other: (__m256, __m256)) -> [__m256; 4] {
+    let avx = lanes.avx;
+    [
+        avx._mm256_shuffle_ps::<0x44>(one.0, other.0),
+        avx._mm256_shuffle_ps::<0xee>(one.0, other.0),
+        avx._mm256_shuffle_ps::<0x44>(one.1, other.1),
+        avx._mm256_shuffle_ps::<0xee>(one.1, other.1),
+    ]
+}
+
+impl Lanes for V3 {
+    type Reals = __m256;
+    #[inline(always)]
+    fn all(self, x: f32) -> __m256 {
+        self.avx._mm256_set1_ps(x)
+    }
+    #[inline(always)]
+    fn load(self, x: &Eight) -> __m256 {
+        pulp::cast(x.0)
+    }
+    #[inline(always)]
+    fn store(self, x: __m256) -> Eight {
+        Eight(pulp::cast(x))
+    }
+    #[inline(always)]
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_add_ps(a, b)
+    }
+    #[inline(always)]
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_sub_ps(a, b)
+    }
+    #[inline(always)]
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_mul_ps(a, b)
+    }
+    #[inline(always)]
+    fn div(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_div_ps(a, b)
+    }
+    #[inline(always)]
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_max_ps(a, b)
+    }
+    #[inline(always)]
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_min_ps(a, b)
+    }
+    #[inline(always)]
+    fn sqrt(self, a: __m256) -> __m256 {
+        self.avx._mm256_sqrt_ps(a)
+    }
+    #[inline(always)]
+    fn if_less(self, a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
+        let less = self.avx._mm256_cmp_ps::<{ std::arch::x86_64::_CMP_LT_OQ }>(a, b);
+        self.avx._mm256_blendv_ps(no, yes, less)
+    }
+    #[inline(always)]
+    fn pair(self, one: __m256, other: __m256) -> __m256 {
+        let low = self.avx2._mm256_srli_epi32::<16>(pulp::cast(half(self, other)));
+        self.avx._mm256_or_ps(half(self, one), pulp::cast(low))
+    }
+    #[inline(always)]
+    fn parts(self, pair: __m256) -> (__m256, __m256) {
+        let low = self.avx2._mm256_slli_epi32::<16>(pulp::cast(pair));
+        (self.avx._mm256_and_ps(pair, upper(self)), pulp::cast(low))
+    }
+    #[inline(always)]
+    fn turn(self, r: [__m256; WIDTH]) -> [__m256; WIDTH] {
+        let low = quarter(self, woven(self, r[0], r[1]), woven(self, r[2], r[3]));
+        let high = quarter(self, woven(self, r[4], r[5]), woven(self, r[6], r[7]));
+        let avx = self.avx;
+        [
+            avx._mm256_permute2f128_ps::<0x20>(low[0], high[0]),
+            avx._mm256_permute2f128_ps::<0x20>(low[1], high[1]),
+            avx._mm256_permute2f128_ps::<0x20>(low[2], high[2]),
+            avx._mm256_permute2f128_ps::<0x20>(low[3], high[3]),
+            avx._mm256_permute2f128_ps::<0x31>(low[0], high[0]),
+            avx._mm256_permute2f128_ps::<0x31>(low[1], high[1]),
+            avx._mm256_permute2f128_ps::<0x31>(low[2], high[2]),
+            avx._mm256_permute2f128_ps::<0x31>(low[3], high[3]),
+        ]
+    }
+    #[inline(always)]
+    fn run<J: Job>(self, job: J) -> J::Output {
+        struct Behind<J>(V3, J);
+        impl<J: Job> pulp::NullaryFnOnce for Behind<J> {
+            type Output = J::Output;
+            #[inline(always)]
+            fn call(self) -> J::Output {
+                self.1.work(self.0)
+            }
+        }
+        self.vectorize(Behind(self, job))
+    }
+}

@@ -1,0 +1,146 @@
+//! Eight numbers side by side in f32: one register holds the same quantity of eight contacts. One text runs on every
+//! processor: what a machine offers is found at run time, and `dispatch` is the door to it. Products and sums are
+//! rounded one by one, never fused, so that every machine gets the same bits. Knows no physics.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod portable;
+mod real;
+
+pub use portable::Portable;
+pub use real::Real;
+
+/// Numbers in a register, whatever the machine: what is laid out in memory does not depend on it.
+pub const WIDTH: usize = 8;
+
+/// Eight numbers in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub struct Eight(pub [f32; WIDTH]);
+
+/// What a processor does with eight numbers at once. `max` and `min` return their second argument when either is NaN.
+pub trait Lanes: Copy + Send + Sync + 'static {
+    /// Eight numbers in registers.
+    type Reals: Copy + Send + Sync;
+    /// The same number eight times.
+    fn all(self, x: f32) -> Self::Reals;
+    /// From memory.
+    fn load(self, x: &Eight) -> Self::Reals;
+    /// To memory.
+    fn store(self, x: Self::Reals) -> Eight;
+    /// a + b.
+    fn add(self, a: Self::Reals, b: Self::Reals) -> Self::Reals;
+    /// a - b.
+    fn sub(self, a: Self::Reals, b: Self::Reals) -> Self::Reals;
+    /// a b.
+    fn mul(self, a: Self::Reals, b: Self::Reals) -> Self::Reals;
+    /// a / b.
+    fn div(self, a: Self::Reals, b: Self::Reals) -> Self::Reals;
+    /// a > b ? a : b.
+    fn max(self, a: Self::Reals, b: Self::Reals) -> Self::Reals;
+    /// a < b ? a : b.
+    fn min(self, a: Self::Reals, b: Self::Reals) -> Self::Reals;
+    /// Square root.
+    fn sqrt(self, a: Self::Reals) -> Self::Reals;
+    /// a < b ? yes : no.
+    fn if_less(self, a: Self::Reals, b: Self::Reals, yes: Self::Reals, no: Self::Reals) -> Self::Reals;
+    /// Two numbers in the bits of one, each rounded to eight bits of mantissa.
+    fn pair(self, one: Self::Reals, other: Self::Reals) -> Self::Reals;
+    /// The two numbers of a pair.
+    fn parts(self, pair: Self::Reals) -> (Self::Reals, Self::Reals);
+    /// Eight records of eight numbers turned into eight quantities of eight records, or back.
+    fn turn(self, rows: [Self::Reals; WIDTH]) -> [Self::Reals; WIDTH];
+    /// Does a job with this processor's instructions.
+    fn run<J: Job>(self, job: J) -> J::Output;
+}
+
+/// Something to do with lanes.
+pub trait Job {
+    /// What comes of it.
+    type Output;
+    /// Does it; to be inlined, or the compiler cannot use the registers.
+    fn work<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// Does a job with the best instructions that this machine has.
+pub fn dispatch<J: Job>(job: J) -> J::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(lanes) = pulp::x86::V3::try_new() {
+        return lanes.run(job);
+    }
+    Portable.run(job)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Exercise<'a>(&'a [Eight]);
+
+    impl Job for Exercise<'_> {
+        type Output = Vec<[u32; WIDTH]>;
+        #[inline(always)]
+        fn work<L: Lanes>(self, lanes: L) -> Self::Output {
+            let mut out = Vec::new();
+            for pair in self.0.windows(2) {
+                let (a, b) = (lanes.load(&pair[0]), lanes.load(&pair[1]));
+                let mut tell = |x: L::Reals| out.push(lanes.store(x).0.map(f32::to_bits));
+                tell(lanes.add(lanes.mul(a, b), a));
+                tell(lanes.sub(a, lanes.div(b, a)));
+                tell(lanes.max(a, b));
+                tell(lanes.min(a, b));
+                tell(lanes.sqrt(lanes.mul(a, a)));
+                tell(lanes.if_less(a, b, lanes.all(1.0), lanes.all(2.0)));
+                let (one, other) = lanes.parts(lanes.pair(a, b));
+                tell(one);
+                tell(other);
+            }
+            for rows in self.0.chunks_exact(WIDTH) {
+                let mut turned = [lanes.all(0.0); WIDTH];
+                for k in 0..WIDTH {
+                    turned[k] = lanes.load(&rows[k]);
+                }
+                turned = lanes.turn(turned);
+                for k in 0..WIDTH {
+                    out.push(lanes.store(turned[k]).0.map(f32::to_bits));
+                }
+            }
+            out
+        }
+    }
+
+    fn numbers() -> Vec<Eight> {
+        let special = [0.0, -0.0, 1e-41, f32::INFINITY, f32::NEG_INFINITY, 1.0, f32::MAX, -3.5e-8];
+        let mut all = vec![Eight(special)];
+        let mut x = 1u32;
+        for _ in 0..63 {
+            all.push(Eight(std::array::from_fn(|_| {
+                x = x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (x as f32 / 4e9 - 0.5) * 3.0_f32.powi((x % 21) as i32 - 10)
+            })));
+        }
+        all
+    }
+
+    #[test]
+    fn every_processor_gives_the_same_bits() {
+        let numbers = numbers();
+        assert_eq!(dispatch(Exercise(&numbers)), Portable.run(Exercise(&numbers)));
+    }
+
+    #[test]
+    fn a_pair_holds_both_numbers_to_eight_bits() {
+        let (one, other) = (Portable.all(0.731_234), Portable.all(-1.234_5e-7));
+        let (a, b) = Portable.parts(Portable.pair(one, other));
+        assert!((a[0] / one[0] - 1.0).abs() < 1.0 / 256.0 && (b[0] / other[0] - 1.0).abs() < 1.0 / 256.0);
+    }
+
+    #[test]
+    fn turning_twice_changes_nothing() {
+        let rows: [[f32; WIDTH]; WIDTH] =
+            std::array::from_fn(|i| std::array::from_fn(|k| (8 * i + k) as f32));
+        let turned = Portable.turn(rows);
+        assert_eq!(turned[3][5], rows[5][3]);
+        assert_eq!(Portable.turn(turned), rows);
+    }
+}

@@ -1,0 +1,343 @@
+//! What a solver in lanes must know of the plane and of space: short arrays of any number, and the frame of a patch of
+//! contact. A patch lies at a centre c with unit normal n (from b to a) and tangents t. Its local twist, of a relative
+//! to b, comes in two groups: what normal impulses at the patch's points see, (V.n, W.t1, W.t2) in space and (V.n, W)
+//! in the plane, and what friction sees, (V.t1, V.t2, W.n) and (V.t). Both groups of impulses are the conjugates.
+//! Knows no bodies and no law.
+
+use crate::lanes::{Lanes, Real};
+use crate::space::{Planar, Spatial};
+use std::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
+
+/// What may be copied and handed to another thread.
+pub trait Plain: Copy + Send + Sync {}
+impl<T: Copy + Send + Sync> Plain for T {}
+
+/// A short array whose length is the space's matter.
+pub trait Several<T>: Plain + Index<usize, Output = T> + IndexMut<usize> {
+    /// Its length.
+    const LEN: usize;
+    /// The same value everywhere.
+    fn all(value: T) -> Self;
+    /// As a slice.
+    fn slice(&self) -> &[T];
+    /// As a slice to write to.
+    fn slice_mut(&mut self) -> &mut [T];
+}
+
+impl<T: Plain, const N: usize> Several<T> for [T; N] {
+    const LEN: usize = N;
+    #[inline(always)]
+    fn all(value: T) -> Self {
+        [value; N]
+    }
+    #[inline(always)]
+    fn slice(&self) -> &[T] {
+        self
+    }
+    #[inline(always)]
+    fn slice_mut(&mut self) -> &mut [T] {
+        self
+    }
+}
+
+/// A number: f32, or eight of them.
+pub trait Number:
+    Plain + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+}
+impl Number for f32 {}
+impl<L: Lanes> Number for Real<L> {}
+
+/// The plane or space, for numbers of any kind.
+pub trait Wide: Copy + Send + Sync + 'static {
+    /// Positions, velocities, and the normal group of a patch: 2 | 3.
+    type Vectors<T: Plain>: Several<T>;
+    /// Angular velocities, and the friction group of a patch: 1 | 3.
+    type Spins<T: Plain>: Several<T>;
+    /// Tangents of a patch, and places in it: 1 | 2.
+    type Slips<T: Plain>: Several<T>;
+    /// Points of a patch: 2 | 4.
+    type Points<T: Plain>: Several<T>;
+    /// Inverse inertia: 1 | 6 (xx, yy, zz, xy, xz, yz).
+    type Inertias<T: Plain>: Several<T>;
+    /// A change of attitude: cosine and sine | quaternion, the real part first.
+    type Turns<T: Plain>: Several<T>;
+    /// Numbers that only precondition a patch, in pairs: 3 | 11.
+    type Pairs<T: Plain>: Several<T>;
+
+    /// Unit tangents of a unit normal, as [`crate::Space::tangent`] has them.
+    fn tangents<L: Lanes>(normal: &Self::Vectors<Real<L>>) -> Self::Slips<Self::Vectors<Real<L>>>;
+    /// r x f.
+    fn wide_moment<R: Number>(arm: &Self::Vectors<R>, force: &Self::Vectors<R>) -> Self::Spins<R>;
+    /// w x r.
+    fn wide_swing<R: Number>(spin: &Self::Spins<R>, arm: &Self::Vectors<R>) -> Self::Vectors<R>;
+    /// I^-1 tau.
+    fn wide_turn<R: Number>(inverse: &Self::Inertias<R>, moment: &Self::Spins<R>) -> Self::Spins<R>;
+    /// Both groups of the local twist from relative velocities at the centre.
+    fn to_patch<R: Number>(
+        normal: &Self::Vectors<R>,
+        tangents: &Self::Slips<Self::Vectors<R>>,
+        velocity: &Self::Vectors<R>,
+        spin: &Self::Spins<R>,
+    ) -> (Self::Vectors<R>, Self::Spins<R>);
+    /// Impulse and moment about the centre from both groups of impulses.
+    fn from_patch<R: Number>(
+        normal: &Self::Vectors<R>,
+        tangents: &Self::Slips<Self::Vectors<R>>,
+        pressing: &Self::Vectors<R>,
+        rubbing: &Self::Spins<R>,
+    ) -> (Self::Vectors<R>, Self::Spins<R>);
+    /// How a unit normal impulse at a place of the patch acts on the normal group: (1, y, -x) | (1, -x).
+    fn wide_lever<R: Number>(one: R, place: &Self::Slips<R>) -> Self::Vectors<R>;
+    /// R^T n - n for a change of attitude R.
+    fn wide_lean<R: Number>(turn: &Self::Turns<R>, normal: &Self::Vectors<R>) -> Self::Vectors<R>;
+    /// Largest eigenvalue of a patch's inverse mass against slip, from the friction group's block.
+    fn stiffest_slip<L: Lanes>(block: &Self::Spins<Self::Spins<Real<L>>>) -> Real<L>;
+    /// No change of attitude.
+    fn no_turn() -> Self::Turns<f32>;
+    /// The change of attitude after an angle vector w h more; `turn` is renormalised.
+    fn turned_by(turn: &Self::Turns<f32>, angle: &Self::Spins<f32>) -> Self::Turns<f32>;
+}
+
+/// Scalar product.
+#[inline(always)]
+pub fn dot<R: Number, const N: usize>(a: &[R; N], b: &[R; N]) -> R {
+    let mut sum = a[0] * b[0];
+    for k in 1..N {
+        sum = sum + a[k] * b[k];
+    }
+    sum
+}
+
+/// Scalar product of arrays whose length is the space's matter.
+#[inline(always)]
+pub fn inner<R: Number, V: Several<R>>(a: &V, b: &V) -> R {
+    let mut sum = a[0] * b[0];
+    for k in 1..V::LEN {
+        sum = sum + a[k] * b[k];
+    }
+    sum
+}
+
+/// cos(x / 2) and sin(x / 2) / x by their series, from x^2: to rounding below x = 1, to 1e-5 below 3.
+#[inline]
+fn half_angle(square: f32) -> (f32, f32) {
+    let q = 0.25 * square;
+    let cosine = 1.0 - q * (0.5 - q * (1.0 / 24.0 - q * (1.0 / 720.0 - q * (1.0 / 40_320.0))));
+    let sine =
+        0.5 * (1.0 - q * (1.0 / 6.0 - q * (1.0 / 120.0 - q * (1.0 / 5_040.0 - q * (1.0 / 362_880.0)))));
+    (cosine, sine)
+}
+
+impl Wide for Planar {
+    type Vectors<T: Plain> = [T; 2];
+    type Spins<T: Plain> = [T; 1];
+    type Slips<T: Plain> = [T; 1];
+    type Points<T: Plain> = [T; 2];
+    type Inertias<T: Plain> = [T; 1];
+    type Turns<T: Plain> = [T; 2];
+    type Pairs<T: Plain> = [T; 3];
+
+    #[inline(always)]
+    fn tangents<L: Lanes>(n: &[Real<L>; 2]) -> [[Real<L>; 2]; 1] {
+        [[-n[1], n[0]]]
+    }
+    #[inline(always)]
+    fn wide_moment<R: Number>(arm: &[R; 2], force: &[R; 2]) -> [R; 1] {
+        [arm[0] * force[1] - arm[1] * force[0]]
+    }
+    #[inline(always)]
+    fn wide_swing<R: Number>(spin: &[R; 1], arm: &[R; 2]) -> [R; 2] {
+        [-(spin[0] * arm[1]), spin[0] * arm[0]]
+    }
+    #[inline(always)]
+    fn wide_turn<R: Number>(inverse: &[R; 1], moment: &[R; 1]) -> [R; 1] {
+        [inverse[0] * moment[0]]
+    }
+    #[inline(always)]
+    fn to_patch<R: Number>(n: &[R; 2], t: &[[R; 2]; 1], v: &[R; 2], w: &[R; 1]) -> ([R; 2], [R; 1]) {
+        ([dot(v, n), w[0]], [dot(v, &t[0])])
+    }
+    #[inline(always)]
+    fn from_patch<R: Number>(n: &[R; 2], t: &[[R; 2]; 1], f: &[R; 2], g: &[R; 1]) -> ([R; 2], [R; 1]) {
+        let [t] = t;
+        ([n[0] * f[0] + t[0] * g[0], n[1] * f[0] + t[1] * g[0]], [f[1]])
+    }
+    #[inline(always)]
+    fn wide_lever<R: Number>(one: R, place: &[R; 1]) -> [R; 2] {
+        [one, -place[0]]
+    }
+    #[inline(always)]
+    fn wide_lean<R: Number>(turn: &[R; 2], n: &[R; 2]) -> [R; 2] {
+        // n turned back: (c n_x + s n_y, c n_y - s n_x)
+        let [c, s] = *turn;
+        [c * n[0] + s * n[1] - n[0], c * n[1] - s * n[0] - n[1]]
+    }
+    #[inline(always)]
+    fn stiffest_slip<L: Lanes>(block: &[[Real<L>; 1]; 1]) -> Real<L> {
+        block[0][0]
+    }
+    fn no_turn() -> [f32; 2] {
+        [1.0, 0.0]
+    }
+    #[inline]
+    fn turned_by(turn: &[f32; 2], angle: &[f32; 1]) -> [f32; 2] {
+        let [x] = *angle;
+        let (half_cosine, half_sine) = half_angle(x * x);
+        let half_sine = half_sine * x;
+        // double angles
+        let (c1, s1) = (1.0 - 2.0 * half_sine * half_sine, 2.0 * half_sine * half_cosine);
+        let [c, s] = *turn;
+        let (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
+        let scale = 1.0 / (c * c + s * s).sqrt();
+        [c * scale, s * scale]
+    }
+}
+
+#[inline(always)]
+fn cross<R: Number>(a: &[R; 3], b: &[R; 3]) -> [R; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+impl Wide for Spatial {
+    type Vectors<T: Plain> = [T; 3];
+    type Spins<T: Plain> = [T; 3];
+    type Slips<T: Plain> = [T; 2];
+    type Points<T: Plain> = [T; 4];
+    type Inertias<T: Plain> = [T; 6];
+    type Turns<T: Plain> = [T; 4];
+    type Pairs<T: Plain> = [T; 11];
+
+    #[inline(always)]
+    fn tangents<L: Lanes>(n: &[Real<L>; 3]) -> [[Real<L>; 3]; 2] {
+        let [x, y, z] = *n;
+        let (zero, one) = (x.like(0.0), x.like(1.0));
+        let sign = z.if_less(zero, -one, one);
+        let a = -one / (sign + z);
+        let b = x * y * a;
+        [[one + sign * x * x * a, sign * b, -(sign * x)], [b, sign + y * y * a, -y]]
+    }
+    #[inline(always)]
+    fn wide_moment<R: Number>(arm: &[R; 3], force: &[R; 3]) -> [R; 3] {
+        cross(arm, force)
+    }
+    #[inline(always)]
+    fn wide_swing<R: Number>(spin: &[R; 3], arm: &[R; 3]) -> [R; 3] {
+        cross(spin, arm)
+    }
+    #[inline(always)]
+    fn wide_turn<R: Number>(i: &[R; 6], m: &[R; 3]) -> [R; 3] {
+        let [xx, yy, zz, xy, xz, yz] = *i;
+        [dot(&[xx, xy, xz], m), dot(&[xy, yy, yz], m), dot(&[xz, yz, zz], m)]
+    }
+    #[inline(always)]
+    fn to_patch<R: Number>(n: &[R; 3], t: &[[R; 3]; 2], v: &[R; 3], w: &[R; 3]) -> ([R; 3], [R; 3]) {
+        ([dot(v, n), dot(w, &t[0]), dot(w, &t[1])], [dot(v, &t[0]), dot(v, &t[1]), dot(w, n)])
+    }
+    #[inline(always)]
+    fn from_patch<R: Number>(n: &[R; 3], t: &[[R; 3]; 2], f: &[R; 3], g: &[R; 3]) -> ([R; 3], [R; 3]) {
+        let mut force = *n;
+        let mut moment = *n;
+        for k in 0..3 {
+            force[k] = n[k] * f[0] + t[0][k] * g[0] + t[1][k] * g[1];
+            moment[k] = t[0][k] * f[1] + t[1][k] * f[2] + n[k] * g[2];
+        }
+        (force, moment)
+    }
+    #[inline(always)]
+    fn wide_lever<R: Number>(one: R, place: &[R; 2]) -> [R; 3] {
+        [one, place[1], -place[0]]
+    }
+    #[inline(always)]
+    fn wide_lean<R: Number>(turn: &[R; 4], n: &[R; 3]) -> [R; 3] {
+        // R^T n = n + 2 q x (q x n) - 2 w (q x n)
+        let [w, x, y, z] = *turn;
+        let q = [x, y, z];
+        let once = cross(&q, n);
+        let twice = cross(&q, &once);
+        let mut out = once;
+        for k in 0..3 {
+            let half = twice[k] - w * once[k];
+            out[k] = half + half;
+        }
+        out
+    }
+    #[inline(always)]
+    fn stiffest_slip<L: Lanes>(block: &[[Real<L>; 3]; 3]) -> Real<L> {
+        let half = block[0][0].like(0.5);
+        let (mean, apart) = (half * (block[0][0] + block[1][1]), half * (block[0][0] - block[1][1]));
+        mean + (apart * apart + block[0][1] * block[1][0]).sqrt()
+    }
+    fn no_turn() -> [f32; 4] {
+        [1.0, 0.0, 0.0, 0.0]
+    }
+    #[inline]
+    fn turned_by(turn: &[f32; 4], angle: &[f32; 3]) -> [f32; 4] {
+        let (w1, sine) = half_angle(dot(angle, angle));
+        let [x1, y1, z1] = [angle[0] * sine, angle[1] * sine, angle[2] * sine];
+        let [w, x, y, z] = *turn;
+        let out = [
+            w1 * w - x1 * x - y1 * y - z1 * z,
+            w1 * x + x1 * w + y1 * z - z1 * y,
+            w1 * y - x1 * z + y1 * w + z1 * x,
+            w1 * z + x1 * y - y1 * x + z1 * w,
+        ];
+        let scale = 1.0 / dot(&out, &out).sqrt();
+        out.map(|c| c * scale)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Quaternion, Rotation, Space, vec3};
+
+    #[test]
+    fn small_turns_add_up_to_a_large_one() {
+        let (axis, n) = (vec3(0.36, -0.48, 0.8), 200);
+        let step = [0.36, -0.48, 0.8].map(|x: f32| 0.01 * x);
+        let turned = (0..n).fold([1.0, 0.0, 0.0, 0.0], |q, _| Spatial::turned_by(&q, &step));
+        let exact = Quaternion::about(axis * (0.01 * f64::from(n)));
+        for (a, b) in turned.iter().zip(exact.as_slice()) {
+            assert!((f64::from(*a) - b).abs() < 2e-6, "{turned:?} {exact:?}");
+        }
+        let planar = (0..n).fold([1.0, 0.0], |q, _| Planar::turned_by(&q, &[0.01]));
+        assert!((planar[0] - 2.0_f32.cos()).abs() < 2e-6 && (planar[1] - 2.0_f32.sin()).abs() < 2e-6);
+    }
+
+    #[test]
+    fn a_lean_is_what_turning_back_makes_of_the_normal() {
+        let q = Quaternion::about(vec3(0.3, -0.2, 0.5));
+        let n = vec3(0.36, -0.48, 0.8);
+        let expected = q.unrotate(n) - n;
+        let s = q.as_slice();
+        let lean = Spatial::wide_lean(
+            &[s[0] as f32, s[1] as f32, s[2] as f32, s[3] as f32],
+            &[n[0] as f32, n[1] as f32, n[2] as f32],
+        );
+        for k in 0..3 {
+            assert!((f64::from(lean[k]) - expected[k]).abs() < 1e-6, "{lean:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn impulses_do_the_same_work_in_the_patch_and_in_the_world() {
+        let n = vec3(0.36, -0.48, 0.8);
+        let t: [[f32; 3]; 2] = [0, 1].map(|k| {
+            let t = Spatial::tangent(n, k);
+            [t[0] as f32, t[1] as f32, t[2] as f32]
+        });
+        let n = [n[0] as f32, n[1] as f32, n[2] as f32];
+        let (v, w) = ([0.3, 1.0, -0.2], [2.0, 0.1, -0.7]);
+        let (f, g) = ([1.5, -0.3, 0.8], [0.4, -0.9, 0.6]);
+        let (force, moment) = Spatial::from_patch(&n, &t, &f, &g);
+        let (vn, vt) = Spatial::to_patch(&n, &t, &v, &w);
+        let world = dot(&force, &v) + dot(&moment, &w);
+        assert!((world - dot(&f, &vn) - dot(&g, &vt)).abs() < 1e-6);
+        // a unit impulse at a place of the patch
+        let place = [0.7, -0.4];
+        let r = [0, 1, 2].map(|k| place[0] * t[0][k] + place[1] * t[1][k]);
+        let at_place = dot(&n, &[0, 1, 2].map(|k| v[k] + cross(&w, &r)[k]));
+        assert!((at_place - dot(&Spatial::wide_lever(1.0, &place), &vn)).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,282 @@
+//! Eight patches of one colour side by side, as they lie in memory: 176 bytes a patch in space, 84 in the plane.
+//! Numbers that only precondition the sweep (masses, couplings) have eight bits of mantissa: at its fixed point all
+//! increments vanish, so they move the way there and not the answer. Coefficients, arms, gaps and impulses are f32.
+
+use super::patch::{Patch, PatchResult};
+use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
+use carom_math::{Several, Wide};
+
+/// A gap that no motion closes \[m\].
+const APART: f32 = 1e30;
+
+/// A point of eight patches.
+#[derive(Clone, Copy)]
+pub struct PackPoint<S: Wide> {
+    /// Places along the tangents \[m\].
+    pub place: S::Slips<Eight>,
+    /// Gaps at the step's start \[m\].
+    pub gap: Eight,
+    /// Normal impulses of the present substep \[N s\].
+    pub impulse: Eight,
+}
+
+/// Eight patches.
+#[derive(Clone, Copy)]
+pub struct Pack<S: Wide> {
+    /// Records of bodies a.
+    pub a: [u32; WIDTH],
+    /// Records of bodies b.
+    pub b: [u32; WIDTH],
+    /// Normals.
+    pub normal: S::Vectors<Eight>,
+    /// Centres from bodies a.
+    pub arm_a: S::Vectors<Eight>,
+    /// Centres from bodies b.
+    pub arm_b: S::Vectors<Eight>,
+    /// Coefficients of friction.
+    pub friction: Eight,
+    /// Torque that friction bears over the normal impulse \[m\].
+    pub twisting: Eight,
+    /// Masses and couplings, in pairs.
+    pub masses: S::Pairs<Eight>,
+    /// Friction's impulses of the present substep.
+    pub rubbing: S::Spins<Eight>,
+    /// The points.
+    pub points: S::Points<PackPoint<S>>,
+}
+
+/// What few patches need, and what is told of a step, beside the packs.
+#[derive(Clone, Copy)]
+pub struct Beside<S: Wide> {
+    /// Normal impulses over the step so far.
+    pub total: S::Points<Eight>,
+    /// Friction's impulses over the step so far.
+    pub rubbed: S::Spins<Eight>,
+    /// Largest velocity that the last sweep changed \[m/s\].
+    pub changed: Eight,
+    /// Work of normal impulses over the step \[J\].
+    pub pressing_work: Eight,
+    /// Work of friction over the step, rolling friction included \[J\].
+    pub rubbing_work: Eight,
+    /// True when a patch bounces.
+    pub bounces: bool,
+    /// Coefficients of restitution.
+    pub restitution: Eight,
+    /// Normal velocities at the step's start \[m/s\].
+    pub approach: S::Points<Eight>,
+    /// True when a patch resists rolling.
+    pub resists: bool,
+    /// Coefficients of rolling friction \[m\].
+    pub rolling: Eight,
+    /// Effective inertias against rolling.
+    pub rolling_mass: Eight,
+    /// Rolling friction's moments of the present substep.
+    pub rolling_moment: S::Slips<Eight>,
+    /// The same over the step so far.
+    pub rolled: S::Slips<Eight>,
+}
+
+impl<S: Wide> Pack<S> {
+    /// Lanes without patches: obstacles at rest that never touch.
+    pub fn empty() -> (Self, Beside<S>) {
+        let zero = Eight::default();
+        let point = PackPoint { place: S::Slips::all(zero), gap: Eight([APART; WIDTH]), impulse: zero };
+        let mut normal = S::Vectors::all(zero);
+        normal[0] = Eight([1.0; WIDTH]);
+        let pack = Pack {
+            a: [0; WIDTH],
+            b: [0; WIDTH],
+            normal,
+            arm_a: S::Vectors::all(zero),
+            arm_b: S::Vectors::all(zero),
+            friction: zero,
+            twisting: zero,
+            masses: S::Pairs::all(zero),
+            rubbing: S::Spins::all(zero),
+            points: S::Points::all(point),
+        };
+        let beside = Beside {
+            total: S::Points::all(zero),
+            rubbed: S::Spins::all(zero),
+            changed: zero,
+            pressing_work: zero,
+            rubbing_work: zero,
+            bounces: false,
+            restitution: zero,
+            approach: S::Points::all(zero),
+            resists: false,
+            rolling: zero,
+            rolling_mass: zero,
+            rolling_moment: S::Slips::all(zero),
+            rolled: S::Slips::all(zero),
+        };
+        (pack, beside)
+    }
+
+    /// Writes a patch into a lane.
+    pub fn put(&mut self, beside: &mut Beside<S>, lane: usize, patch: &Patch<S>) {
+        self.a[lane] = patch.a;
+        self.b[lane] = patch.b;
+        for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
+            self.normal[k].0[lane] = patch.normal[k];
+            self.arm_a[k].0[lane] = patch.arm_a[k];
+            self.arm_b[k].0[lane] = patch.arm_b[k];
+        }
+        self.friction.0[lane] = patch.friction;
+        self.twisting.0[lane] = patch.twisting;
+        for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
+            self.rubbing[k].0[lane] = patch.rubbing[k];
+        }
+        for i in 0..<S::Points<f32> as Several<f32>>::LEN {
+            let (point, from) = (&mut self.points[i], &patch.points[i]);
+            for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
+                point.place[k].0[lane] = from.place[k];
+            }
+            point.gap.0[lane] = from.gap.min(APART);
+            point.impulse.0[lane] = from.impulse;
+        }
+        if patch.restitution > 0.0 {
+            beside.bounces = true;
+            beside.restitution.0[lane] = patch.restitution;
+        }
+        if patch.rolling > 0.0 {
+            beside.resists = true;
+            beside.rolling.0[lane] = patch.rolling;
+            for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
+                beside.rolling_moment[k].0[lane] = patch.rolling_moment[k];
+            }
+        }
+    }
+
+    /// What the patch in a lane gave.
+    pub fn told(&self, beside: &Beside<S>, lane: usize) -> PatchResult<S> {
+        let mut out: PatchResult<S> = PatchResult {
+            last: S::Points::all(0.0),
+            last_rubbing: S::Spins::all(0.0),
+            last_rolling: S::Slips::all(0.0),
+            normal: S::Points::all(0.0),
+            rubbing: S::Spins::all(0.0),
+            rolling: S::Slips::all(0.0),
+        };
+        for i in 0..<S::Points<f32> as Several<f32>>::LEN {
+            out.last[i] = self.points[i].impulse.0[lane];
+            out.normal[i] = beside.total[i].0[lane];
+        }
+        for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
+            out.last_rubbing[k] = self.rubbing[k].0[lane];
+            out.rubbing[k] = beside.rubbed[k].0[lane];
+        }
+        for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
+            out.last_rolling[k] = beside.rolling_moment[k].0[lane];
+            out.rolling[k] = beside.rolled[k].0[lane];
+        }
+        out
+    }
+}
+
+/// What only preconditions a patch, in registers.
+pub struct Masses<S: Wide, L: Lanes> {
+    /// Effective masses of the points \[kg\].
+    pub points: S::Points<Real<L>>,
+    /// Inverse mass between points i and j \[1/kg\].
+    pub between: S::Points<S::Points<Real<L>>>,
+    /// What friction's velocities get from the normal group's impulses.
+    pub coupling: S::Spins<S::Vectors<Real<L>>>,
+    /// Effective mass against slip \[kg\].
+    pub slip: Real<L>,
+    /// Effective inertia against spinning about the normal \[kg m^2\]; not read in the plane.
+    pub twist: Real<L>,
+}
+
+/// Visits the numbers in the order they are kept in. Text and no function: a closure called so often is not inlined, and
+/// then has no registers.
+macro_rules! in_order {
+    ($masses:expr, $number:ident => $visit:expr) => {
+        let points = <S::Points<f32> as Several<f32>>::LEN;
+        let spins = <S::Spins<f32> as Several<f32>>::LEN;
+        for i in 0..points {
+            let $number = &mut $masses.points[i];
+            $visit;
+        }
+        for i in 0..points {
+            for j in i + 1..points {
+                let $number = &mut $masses.between[i][j];
+                $visit;
+            }
+        }
+        for k in 0..spins {
+            for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
+                let $number = &mut $masses.coupling[k][m];
+                $visit;
+            }
+        }
+        let $number = &mut $masses.slip;
+        $visit;
+        if spins > 1 {
+            let $number = &mut $masses.twist;
+            $visit;
+        }
+    };
+}
+
+/// Numbers of a patch in space; the plane has fewer.
+const MOST: usize = 22;
+
+impl<S: Wide, L: Lanes> Masses<S, L> {
+    /// Nothing known yet.
+    #[inline(always)]
+    pub fn zero(lanes: L) -> Self {
+        let zero = Real::all(lanes, 0.0);
+        Masses {
+            points: S::Points::all(zero),
+            between: S::Points::all(S::Points::all(zero)),
+            coupling: S::Spins::all(S::Vectors::all(zero)),
+            slip: zero,
+            twist: zero,
+        }
+    }
+
+    /// Keeps them in pairs.
+    #[inline(always)]
+    pub fn store(mut self) -> S::Pairs<Eight> {
+        let mut flat = [self.slip.like(0.0); MOST];
+        let mut count = 0..MOST;
+        in_order!(self, number => if let Some(k) = count.next() {
+            flat[k] = *number;
+        });
+        let mut pairs: S::Pairs<Eight> = S::Pairs::all(Eight::default());
+        for k in 0..<S::Pairs<f32> as Several<f32>>::LEN {
+            pairs[k] = flat[2 * k].pair(flat[2 * k + 1]).store();
+        }
+        pairs
+    }
+
+    /// Takes them out of their pairs.
+    #[inline(always)]
+    pub fn load(lanes: L, pairs: &S::Pairs<Eight>) -> Self {
+        let mut flat = [Real::all(lanes, 0.0); MOST];
+        for k in 0..<S::Pairs<f32> as Several<f32>>::LEN {
+            let (one, other) = Real::load(lanes, &pairs[k]).parts();
+            flat[2 * k] = one;
+            flat[2 * k + 1] = other;
+        }
+        let mut out = Masses::<S, L>::zero(lanes);
+        let mut count = 0..MOST;
+        in_order!(out, number => if let Some(k) = count.next() {
+            *number = flat[k];
+        });
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_math::{Planar, Spatial};
+
+    #[test]
+    fn a_patch_stays_within_its_bytes() {
+        assert!(size_of::<Pack<Spatial>>() / WIDTH <= 180, "{}", size_of::<Pack<Spatial>>());
+        assert!(size_of::<Pack<Planar>>() / WIDTH <= 90, "{}", size_of::<Pack<Planar>>());
+    }
+}

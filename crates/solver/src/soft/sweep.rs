@@ -1,0 +1,297 @@
+//! One sweep over a patch. Each point i is a spring of bias speed b(s_i), mass share m' and impulse share i':
+//! lambda_i <- max(lambda_i - m_i m' (vn_i + b) - i' lambda_i, 0), with vn_i the velocity that the points before it
+//! left; a gap that the substep does not close leaves its point alone. Then friction, with the velocity after that:
+//! g <- P(g - v_t / lambda_max), P the projection on the disc mu sum lambda, whose fixed point is Coulomb's law in the
+//! true direction of slip. Relaxing sweeps have no springs: they take back the velocity that the springs pushed with.
+
+use super::bodies::{Eightfold, Records};
+use super::pack::{Beside, Masses, Pack};
+use super::prepare::{Frame, lever};
+use carom_math::lanes::{Lanes, Real};
+use carom_math::wide::inner;
+use carom_math::{Several, Wide};
+
+/// The springs of a substep, and its length.
+#[derive(Clone, Copy, Debug)]
+pub struct Spring {
+    /// Length of the substep \[s\].
+    pub h: f32,
+    /// Speed of push per overlap \[1/s\].
+    pub bias_rate: f32,
+    /// Share of the effective mass \[1\].
+    pub mass_share: f32,
+    /// Share of the impulse that the spring's damping takes back \[1\].
+    pub impulse_share: f32,
+    /// Overlaps are not pushed apart faster than this \[m/s\].
+    pub push_speed: f32,
+}
+
+impl Spring {
+    /// A spring of a frequency \[Hz\] and a damping ratio \[1\], by implicit Euler over substeps of h \[s\].
+    pub fn new(hertz: f32, damping_ratio: f32, h: f32, push_speed: f32) -> Self {
+        let omega = 2.0 * std::f32::consts::PI * hertz;
+        let a1 = 2.0 * damping_ratio + h * omega;
+        let a2 = h * omega * a1;
+        let a3 = 1.0 / (1.0 + a2);
+        Spring { h, bias_rate: omega / a1, mass_share: a2 * a3, impulse_share: a3, push_speed }
+    }
+    /// The same without springs: only approach is stopped.
+    pub fn relaxing(&self) -> Self {
+        Spring { bias_rate: 0.0, mass_share: 1.0, impulse_share: 0.0, ..*self }
+    }
+}
+
+/// Which sweep of a substep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sweep {
+    /// With springs, before the poses move.
+    Springs,
+    /// Without, after.
+    Relaxing,
+    /// The last of the step.
+    Last,
+}
+
+/// Gaps of the points now, from what the bodies moved and turned since the step began.
+#[inline(always)]
+fn gaps<S: Wide, L: Lanes>(
+    lanes: L,
+    pack: &Pack<S>,
+    frame: &Frame<S, L>,
+    records: &Records<S>,
+) -> S::Points<Real<L>> {
+    let (a, b) = (records.moved(lanes, &pack.a), records.moved(lanes, &pack.b));
+    let (lean_a, lean_b) = (S::wide_lean(&a.turn, &frame.normal), S::wide_lean(&b.turn, &frame.normal));
+    let (mut apart, mut lean) = (a.by, lean_a);
+    for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
+        apart[k] = a.by[k] - b.by[k];
+        lean[k] = lean_a[k] - lean_b[k];
+    }
+    let centre = inner(&frame.normal, &apart) + inner(&lean_a, &frame.arm_a) - inner(&lean_b, &frame.arm_b);
+    let mut along = S::Slips::all(centre);
+    for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
+        along[k] = inner(&lean, &frame.tangents[k]);
+    }
+    let mut out = S::Points::all(centre);
+    for i in 0..<S::Points<f32> as Several<f32>>::LEN {
+        let point = &pack.points[i];
+        out[i] = Real::load(lanes, &point.gap) + centre;
+        for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
+            out[i] += along[k] * Real::load(lanes, &point.place[k]);
+        }
+    }
+    out
+}
+
+/// Friction's new impulses: the disc of `limit` for those along tangents, `twist_limit` for that about the normal.
+#[inline(always)]
+fn rub<S: Wide, L: Lanes>(
+    old: &S::Spins<Real<L>>,
+    velocity: &S::Spins<Real<L>>,
+    masses: &Masses<S, L>,
+    limit: Real<L>,
+    twist_limit: Real<L>,
+) -> S::Spins<Real<L>> {
+    let slips = <S::Slips<f32> as Several<f32>>::LEN;
+    let mut new = *old;
+    let mut square = limit.like(1e-30);
+    for k in 0..slips {
+        new[k] = old[k] - masses.slip * velocity[k];
+        square += new[k] * new[k];
+    }
+    let scale = limit.like(1.0).min(limit / square.sqrt());
+    for k in 0..slips {
+        new[k] = new[k] * scale;
+    }
+    if <S::Spins<f32> as Several<f32>>::LEN > slips {
+        let torque = old[slips] - masses.twist * velocity[slips];
+        new[slips] = torque.min(twist_limit).max(-twist_limit);
+    }
+    new
+}
+
+/// One sweep over a pack; a relaxing one adds the substep's impulses to those of the step, and the last also tells the
+/// largest velocity that it still changed at a point or by friction \[m/s\].
+#[inline(always)]
+pub fn sweep<S: Wide, L: Lanes>(
+    lanes: L,
+    pack: &mut Pack<S>,
+    beside: &mut Beside<S>,
+    records: &mut Records<S>,
+    spring: &Spring,
+    kind: Sweep,
+) {
+    let relaxes = kind != Sweep::Springs;
+    let points = <S::Points<f32> as Several<f32>>::LEN;
+    let frame = Frame::of(lanes, pack);
+    let gaps = gaps(lanes, pack, &frame, records);
+    let (mut a, mut b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
+    let (mut normal_twist, slip_twist) = frame.twist(&a, &b);
+    let masses = Masses::<S, L>::load(lanes, &pack.masses);
+    let zero = Real::all(lanes, 0.0);
+    let mut pressing = S::Vectors::all(zero);
+    let mut sum = zero;
+    if beside.resists {
+        // the couplings between points know nothing of it: it comes first, and they see what it left
+        roll(lanes, pack, beside, &frame, &normal_twist, relaxes, &mut a, &mut b);
+        normal_twist = frame.twist(&a, &b).0;
+    }
+    let (all, rate) = (Real::all(lanes, 1.0 / spring.h), Real::all(lanes, spring.bias_rate));
+    let (mass_share, impulse_share) =
+        (Real::all(lanes, spring.mass_share), Real::all(lanes, spring.impulse_share));
+    let push = Real::all(lanes, -spring.push_speed);
+    let mut wanted = gaps;
+    let mut change = gaps;
+    let mut stiff = gaps;
+    for i in 0..points {
+        let lever = lever::<S, L>(lanes, pack, i);
+        let velocity = inner(&lever, &normal_twist);
+        let impulse = Real::load(lanes, &pack.points[i].impulse);
+        let closes = velocity + gaps[i] * all;
+        let pushes = velocity + (gaps[i] * rate).max(push);
+        let soft = impulse - masses.points[i] * mass_share * pushes - impulse_share * impulse;
+        wanted[i] = zero.if_less(gaps[i], impulse - masses.points[i] * closes, soft);
+        stiff[i] = masses.points[i] * zero.if_less(gaps[i], zero.like(1.0), mass_share);
+    }
+    for i in 0..points {
+        let impulse = Real::load(lanes, &pack.points[i].impulse);
+        let new = wanted[i].max(zero);
+        change[i] = new - impulse;
+        for j in i + 1..points {
+            wanted[j] -= stiff[j] * masses.between[i][j] * change[i];
+        }
+        let lever = lever::<S, L>(lanes, pack, i);
+        for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
+            pressing[m] += lever[m] * change[i];
+        }
+        sum += new;
+        pack.points[i].impulse = new.store();
+        if relaxes {
+            beside.total[i] = (Real::load(lanes, &beside.total[i]) + new).store();
+        }
+    }
+    let rubbing = friction(lanes, pack, beside, &masses, &pressing, slip_twist, sum, relaxes);
+    if kind == Sweep::Last {
+        let mut worst = zero;
+        for i in 0..points {
+            worst = (change[i] / masses.points[i]).abs().max(worst);
+        }
+        for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
+            worst = (rubbing[k] / masses.slip).abs().max(worst);
+        }
+        beside.changed = worst.store();
+    }
+    frame.give(&pressing, &rubbing, &mut a, &mut b);
+    records.scatter(&pack.a, &a);
+    records.scatter(&pack.b, &b);
+}
+
+/// Friction of a pack after its normal impulses changed by `pressing`; returns what it changed.
+#[inline(always)]
+fn friction<S: Wide, L: Lanes>(
+    lanes: L,
+    pack: &mut Pack<S>,
+    beside: &mut Beside<S>,
+    masses: &Masses<S, L>,
+    pressing: &S::Vectors<Real<L>>,
+    mut velocity: S::Spins<Real<L>>,
+    sum: Real<L>,
+    relaxes: bool,
+) -> S::Spins<Real<L>> {
+    let spins = <S::Spins<f32> as Several<f32>>::LEN;
+    let mut old = velocity;
+    for k in 0..spins {
+        velocity[k] += inner(&masses.coupling[k], pressing);
+        old[k] = Real::load(lanes, &pack.rubbing[k]);
+    }
+    let limit = Real::load(lanes, &pack.friction) * sum;
+    let new = rub(&old, &velocity, masses, limit, Real::load(lanes, &pack.twisting) * sum);
+    let mut change = new;
+    for k in 0..spins {
+        change[k] = new[k] - old[k];
+        pack.rubbing[k] = new[k].store();
+        if relaxes {
+            beside.rubbed[k] = (Real::load(lanes, &beside.rubbed[k]) + new[k]).store();
+        }
+    }
+    change
+}
+
+/// Rolling friction of a pack, limited by the normal impulses so far.
+#[inline(always)]
+fn roll<S: Wide, L: Lanes>(
+    lanes: L,
+    pack: &Pack<S>,
+    beside: &mut Beside<S>,
+    frame: &Frame<S, L>,
+    twist: &S::Vectors<Real<L>>,
+    relaxes: bool,
+    a: &mut Eightfold<S, L>,
+    b: &mut Eightfold<S, L>,
+) {
+    let zero = Real::all(lanes, 0.0);
+    let mut sum = zero;
+    for i in 0..<S::Points<f32> as Several<f32>>::LEN {
+        sum += Real::load(lanes, &pack.points[i].impulse);
+    }
+    let (mass, limit) = (Real::load(lanes, &beside.rolling_mass), Real::load(lanes, &beside.rolling) * sum);
+    let mut pressing = S::Vectors::all(zero);
+    let mut square = zero.like(1e-30);
+    let slips = <S::Slips<f32> as Several<f32>>::LEN;
+    let mut new = S::Slips::all(zero);
+    for k in 0..slips {
+        new[k] = Real::load(lanes, &beside.rolling_moment[k]) - mass * twist[k + 1];
+        square += new[k] * new[k];
+    }
+    let scale = zero.like(1.0).min(limit / square.sqrt());
+    for k in 0..slips {
+        let moment = new[k] * scale;
+        pressing[k + 1] = moment - Real::load(lanes, &beside.rolling_moment[k]);
+        beside.rolling_moment[k] = moment.store();
+        if relaxes {
+            beside.rolled[k] = (Real::load(lanes, &beside.rolled[k]) + moment).store();
+        }
+    }
+    frame.give(&pressing, &S::Spins::all(zero), a, b);
+}
+
+/// Restitution after the substeps: points that came in faster than `rest_speed` and were pressed leave with e times it.
+#[inline(always)]
+pub fn bounce<S: Wide, L: Lanes>(
+    lanes: L,
+    pack: &mut Pack<S>,
+    beside: &mut Beside<S>,
+    records: &mut Records<S>,
+    rest_speed: f32,
+) {
+    let points = <S::Points<f32> as Several<f32>>::LEN;
+    let frame = Frame::of(lanes, pack);
+    let (mut a, mut b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
+    let (normal_twist, _) = frame.twist(&a, &b);
+    let masses = Masses::<S, L>::load(lanes, &pack.masses);
+    let (zero, rest) = (Real::all(lanes, 0.0), Real::all(lanes, -rest_speed));
+    let restitution = Real::load(lanes, &beside.restitution);
+    let mut pressing = S::Vectors::all(zero);
+    let mut lost = S::Points::all(zero);
+    for i in 0..points {
+        let lever = lever::<S, L>(lanes, pack, i);
+        let approach = Real::load(lanes, &beside.approach[i]);
+        let total = Real::load(lanes, &beside.total[i]);
+        let impulse = Real::load(lanes, &pack.points[i].impulse);
+        let wanted = inner(&lever, &normal_twist) + lost[i] + restitution * approach;
+        let new = (impulse - masses.points[i] * wanted).max(zero);
+        // only what came in fast and was pressed
+        let fast = approach.if_less(rest, new - impulse, zero);
+        let change = zero.if_less(total, zero.if_less(restitution, fast, zero), zero);
+        for j in i + 1..points {
+            lost[j] += masses.between[i][j] * change;
+        }
+        for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
+            pressing[m] += lever[m] * change;
+        }
+        beside.total[i] = (total + change).store();
+    }
+    frame.give(&pressing, &S::Spins::all(zero), &mut a, &mut b);
+    records.scatter(&pack.a, &a);
+    records.scatter(&pack.b, &b);
+}

@@ -1,0 +1,114 @@
+//! Contacts used again. While both bodies of a pair have hardly moved since the narrow phase looked at it, the points and the
+//! normal that it found stand, and gaps follow from the bodies' motion since then, exactly: with dp and R of a body and
+//! e = R^T n - n, a point r from its centre moves by n.dp + e.r along n. It saves the search, and it steadies: points that
+//! are found anew at every step jump between corners that lie on each other, and lose their forces when they do.
+//! Only faces on faces: what rolls needs its points anew.
+
+use super::SoftStep;
+use super::memory::{PatchForce, Walk};
+use crate::bodies::Bodies;
+use crate::narrow_phase::{Touch, touches_of};
+use crate::settings::Settings;
+use crate::warm_start::WarmStart;
+use carom_geometry::{ContactPoint, Geometry};
+use carom_math::{Column, Rotation};
+
+/// Share of the smaller body's size by which both may have moved together \[1\]. Points are looked for at least as far.
+pub const AGAIN: f64 = 0.01;
+
+/// Appends known contacts.
+pub struct Again<'a, S: Geometry> {
+    bodies: &'a Bodies<S>,
+    settings: &'a Settings<S>,
+    walk: Walk<'a>,
+    /// Pairs that were known.
+    found: &'a mut Vec<(u64, u64)>,
+    points: Vec<ContactPoint<S>>,
+}
+
+impl<S: Geometry> SoftStep<S> {
+    /// Begins a step's search.
+    pub(crate) fn again<'a>(
+        &'a mut self,
+        bodies: &'a Bodies<S>,
+        settings: &'a Settings<S>,
+        warm: &'a WarmStart<S>,
+    ) -> Again<'a, S> {
+        self.again.clear();
+        Again { bodies, settings, walk: Walk::new(&warm.patches), found: &mut self.again, points: Vec::new() }
+    }
+}
+
+impl<S: Geometry> Again<'_, S> {
+    /// Appends the contacts of bodies a and b if they are known.
+    pub(crate) fn append(&mut self, a: usize, b: usize, out: &mut Vec<Touch<S>>) -> bool {
+        let data = &self.bodies.data;
+        let pair = (data[a].serial, data[b].serial);
+        let [patch] = self.walk.of(pair) else { return false };
+        if patch.count < S::DIM {
+            return false;
+        }
+        let size = data[a].extent.min(data[b].extent);
+        let (moved_a, moved_b) = (self.motion(a, patch, 0), self.motion(b, patch, 1));
+        if moved_a.drift + moved_b.drift > AGAIN * size {
+            return false;
+        }
+        let normal = column::<S::Vector>(&patch.seen.normal);
+        self.points.clear();
+        for i in 0..patch.count {
+            let point = column::<S::Vector>(&patch.seen.points[i]);
+            let (by_a, by_b) = (moved_a.of(point), moved_b.of(point));
+            let gap = patch.seen.gaps[i] + normal.dot(by_a - by_b);
+            let point = point + (by_a + by_b) * 0.5;
+            self.points.push(ContactPoint { point, normal, gap, feature: 0, curvature: 0.0 });
+        }
+        let first = out.len();
+        touches_of(self.bodies, self.settings, (a, b), &self.points, out);
+        for (touch, id) in out[first..].iter_mut().zip(&patch.ids) {
+            touch.id = *id;
+        }
+        self.found.push(pair);
+        true
+    }
+
+    /// How a body moved since its pair was looked at.
+    fn motion(&self, i: usize, patch: &PatchForce, which: usize) -> Moved<S> {
+        let from = column::<S::Vector>(&patch.seen.places[which]);
+        let by = self.bodies.motion.position[i] - from;
+        let before = S::Rotation::from_slice(&patch.seen.attitudes[which][..S::Rotation::LEN]);
+        let now = self.bodies.motion.rotation[i];
+        if by == S::Vector::ZERO && before == Some(now) {
+            return Moved { from, by, turn: None, drift: 0.0 };
+        }
+        let Some(before) = before else {
+            return Moved { from, by, turn: None, drift: f64::INFINITY };
+        };
+        let turn = before.inverse().then(&now);
+        let d = &self.bodies.data[i];
+        let angle = turn.vector().norm();
+        let arm = 0.5 * d.extent + d.mass_properties.center.norm();
+        let drift = by.norm() + if angle > 0.0 { angle * arm } else { 0.0 };
+        Moved { from, by, turn: Some(turn), drift }
+    }
+}
+
+/// A body's motion since its pair was looked at.
+struct Moved<S: Geometry> {
+    from: S::Vector,
+    by: S::Vector,
+    turn: Option<S::Rotation>,
+    /// The farthest that a point of its surface moved \[m\].
+    drift: f64,
+}
+
+impl<S: Geometry> Moved<S> {
+    /// How a point of the body moved.
+    fn of(&self, point: S::Vector) -> S::Vector {
+        let arm = point - self.from;
+        self.by + self.turn.map_or(S::Vector::ZERO, |turn| turn.rotate(arm) - arm)
+    }
+}
+
+fn column<C: Column>(numbers: &[f64; 3]) -> C {
+    C::from_fn(|k| numbers[k])
+}

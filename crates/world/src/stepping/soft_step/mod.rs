@@ -1,0 +1,278 @@
+//! Soft steps (theory chapter 11): fast, for scenes that must look right rather than be exact. Contacts are found once a
+//! step; substeps of loads, springs, motion and relaxation follow, in lanes of f32 on velocities and on what bodies moved
+//! since the step began; poses and velocities stay in f64 and take the changes. Bodies that touch nothing fly exactly.
+//! What it does not do: find moments of impact, hold joints, or solve to a tolerance; its report tells how far from done
+//! the last sweep was.
+
+mod again;
+mod memory;
+mod motion;
+mod patches;
+mod problem;
+
+pub use again::AGAIN;
+pub use memory::PatchForce;
+
+use crate::bodies::Bodies;
+use crate::error::StepError;
+use crate::force::Wrench;
+use crate::impact::Impacts;
+use crate::integrate::Step;
+use crate::joint::JointImpulse;
+use crate::narrow_phase::Touch;
+use crate::observe::accounts::{Accounts, Cause};
+use crate::observe::energy::Energy;
+use crate::observe::ledger::Ledger;
+use crate::observe::report::SolveReport;
+use crate::settings::{OnInaccurate, Settings};
+use crate::stepping::{Outside, SchemeReport, damp};
+use crate::warm_start::WarmStart;
+use carom_geometry::Geometry;
+use carom_math::{Column, Inertia};
+use carom_solver::soft::{Patch, SoftChoice, SoftSolver};
+use carom_solver::{Stop, Twist};
+use problem::Rigid;
+
+/// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
+pub struct SoftStep<S: Geometry> {
+    solver: SoftSolver<S>,
+    patches: Vec<Patch<S>>,
+    /// Touches of each patch's points; `u32::MAX` for points it has not.
+    members: Vec<S::Points<u32>>,
+    /// Record of each body: 0 for obstacles at rest, `u32::MAX` for bodies that touch nothing.
+    record_of: Vec<u32>,
+    /// Body of each record.
+    body_of: Vec<u32>,
+    /// Records that impulses do not move.
+    fixed: Vec<bool>,
+    /// Pairs whose contacts of an earlier step are used again, ascending by their bodies' serials.
+    again: Vec<(u64, u64)>,
+    /// Velocities at the step's start, turning as free motion does in the mean.
+    start: Vec<Twist<S>>,
+    /// What free rotation adds to the spin at the step's end.
+    after: Vec<S::Spin>,
+    /// The applied loads of the last step.
+    pub loads: Vec<Wrench<S>>,
+    /// None: impacts are part of the substeps.
+    pub impacts: Impacts<S>,
+    /// None: joints are refused.
+    pub(crate) joints: Vec<JointImpulse<S>>,
+    /// What each body was given in the last step, where that is asked for.
+    pub accounts: Accounts<S>,
+    /// The solve that a step was refused for.
+    pub failed: Option<SolveReport>,
+    /// The rigid problem of the last step, made when asked for.
+    rigid: Rigid<S>,
+}
+
+impl<S: Geometry> Default for SoftStep<S> {
+    fn default() -> Self {
+        SoftStep {
+            solver: SoftSolver::default(),
+            patches: Vec::new(),
+            members: Vec::new(),
+            record_of: Vec::new(),
+            body_of: Vec::new(),
+            fixed: Vec::new(),
+            again: Vec::new(),
+            start: Vec::new(),
+            after: Vec::new(),
+            loads: Vec::new(),
+            impacts: Impacts::default(),
+            joints: Vec::new(),
+            accounts: Accounts::default(),
+            failed: None,
+            rigid: Rigid::default(),
+        }
+    }
+}
+
+impl<S: Geometry> SoftStep<S> {
+    /// Advances all bodies by one step.
+    ///
+    /// # Errors
+    /// [`StepError`] for what the scheme has no law for, for loads that fail, and for a step that is less accurate than
+    /// the settings demand.
+    pub fn advance(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        touches: &[Touch<S>],
+        settings: &Settings<S>,
+        step: &Step<S>,
+        outside: Outside<S>,
+        warm: &mut WarmStart<S>,
+    ) -> Result<SchemeReport, StepError> {
+        refuse(bodies, touches, step.time)?;
+        let mut report = SchemeReport::default();
+        damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
+        (outside.loads)(step.time + 0.5 * step.dt, bodies, &mut self.loads)?;
+        self.turn_freely(bodies, settings, step, &mut report.ledger);
+        let choice = choice(settings, step);
+        self.rigid.begin(bodies, &self.loads, step);
+        self.gather(bodies, touches, step, &choice);
+        self.patch(bodies, touches, warm, &choice);
+        let fixed = &self.fixed;
+        self.solver.advance(&self.patches, |record| fixed[record as usize], &choice);
+        report.contact_solve = self.solved(step);
+        self.judge(&report.contact_solve, settings, step.time)?;
+        self.kick(bodies, touches, step, &mut report.ledger);
+        self.move_on(bodies, step, &mut report.ledger);
+        damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
+        self.remember(bodies, touches, warm, &choice);
+        Ok(report)
+    }
+
+    /// How far from done the last sweep was.
+    fn solved(&self, step: &Step<S>) -> Option<SolveReport> {
+        if self.patches.is_empty() {
+            return None;
+        }
+        let told = self.solver.told();
+        let body = |record: u32| self.body_of[record as usize] as usize;
+        let contacts = self.members.iter().map(patches::count::<S>).sum();
+        // of no impulses at all: what gravity gives in a step
+        let nothing = step.gravity.norm() * step.dt;
+        Some(SolveReport {
+            contacts,
+            iterations: 0,
+            residual: told.changed,
+            relative_residual: if nothing > 0.0 { told.changed / nothing } else { 0.0 },
+            worst: told.worst.map(|(a, b)| (body(a), body(b))),
+            stop: Stop::OutOfIterations,
+            islands: Vec::new(),
+        })
+    }
+
+    fn judge(
+        &mut self,
+        solve: &Option<SolveReport>,
+        settings: &Settings<S>,
+        time: f64,
+    ) -> Result<(), StepError> {
+        let Some(solve) = solve else { return Ok(()) };
+        if settings.on_inaccurate != OnInaccurate::Raise || solve.is_within(settings.tolerance) {
+            return Ok(());
+        }
+        self.failed = Some(solve.clone());
+        Err(StepError::Inaccurate {
+            solver: "soft_step",
+            phase: "contact",
+            contacts: solve.contacts,
+            residual: solve.residual,
+            tolerance: settings.tolerance,
+            explanation: String::new(),
+            time,
+        })
+    }
+
+    /// Velocities after all impulses of the step, at the places where it began; every joule booked by the kick identity.
+    fn kick(&mut self, bodies: &mut Bodies<S>, touches: &[Touch<S>], step: &Step<S>, ledger: &mut Ledger) {
+        let told = self.solver.told();
+        ledger.contact_normal += told.pressing_work;
+        ledger.friction += told.rubbing_work;
+        for i in 0..bodies.len() {
+            if !bodies.is_dynamic(i) {
+                continue;
+            }
+            let after = self.kicked(bodies, i, step);
+            let before = &self.start[i];
+            let mean = (before.linear + after.linear) * (0.5 * step.dt);
+            let turn = (before.angular + after.angular) * (0.5 * step.dt);
+            ledger.gravity += bodies.data[i].mass_properties.mass * step.gravity.dot(mean);
+            ledger.applied += self.loads[i].force.dot(mean);
+            if bodies.data[i].inverse_inertia != S::Inertia::ZERO {
+                ledger.applied += self.loads[i].torque.dot(turn);
+            }
+            bodies.motion.set_twist(i, &after);
+        }
+        ledger.driven += self.driven(bodies, touches);
+        if self.accounts.are_kept() {
+            let after: Vec<Twist<S>> = (0..bodies.len()).map(|i| bodies.motion.twist(i)).collect();
+            let found = (&self.solver, self.patches.as_slice(), self.members.as_slice());
+            let (problem, impulses, _) = self.rigid.get(bodies, touches, found);
+            self.accounts.loads(bodies, (&self.start, &after), step.dt, step.gravity, &self.loads);
+            self.accounts.kick(bodies, problem, impulses, (&self.start, &after), |_| Cause::Contact);
+        }
+    }
+
+    /// Work that moving obstacles did \[J\]; it is part of the contacts' lines.
+    fn driven(&self, bodies: &Bodies<S>, touches: &[Touch<S>]) -> f64 {
+        let moves = |i: usize| !bodies.is_dynamic(i) && self.start[i] != Twist::default();
+        if !(0..bodies.len()).any(moves) {
+            return 0.0;
+        }
+        let found = (&self.solver, self.patches.as_slice(), self.members.as_slice());
+        let (problem, impulses, _) = self.rigid.get(bodies, touches, found);
+        let after: Vec<Twist<S>> = (0..bodies.len()).map(|i| bodies.motion.twist(i)).collect();
+        let mut ledger = Ledger::default();
+        crate::assembly::contact_work(
+            bodies,
+            problem,
+            impulses,
+            &self.start,
+            &after,
+            |_, _, _| {},
+            &mut ledger,
+        );
+        ledger.driven
+    }
+
+    /// The step's rigid contact problem, the impulses that the springs gave over it, and the touch of each contact.
+    pub fn contact(&self, bodies: &Bodies<S>, touches: &[Touch<S>]) -> problem::Told<'_, S> {
+        self.rigid.get(bodies, touches, (&self.solver, self.patches.as_slice(), self.members.as_slice()))
+    }
+}
+
+/// The soft solver's choices for a step.
+fn choice<S: Geometry>(settings: &Settings<S>, step: &Step<S>) -> SoftChoice {
+    let soft = &settings.soft;
+    let h = step.dt / soft.substeps as f64;
+    SoftChoice {
+        substeps: soft.substeps,
+        h: h as f32,
+        // a spring stiffer than this rings between substeps
+        hertz: soft.hertz.min(0.25 / h) as f32,
+        damping_ratio: soft.damping_ratio as f32,
+        push_speed: soft.push_speed as f32,
+        rest_speed: (settings.rest_speed_factor * step.gravity.norm() * step.dt) as f32,
+    }
+}
+
+/// Refuses what the scheme has no law for.
+fn refuse<S: Geometry>(bodies: &Bodies<S>, touches: &[Touch<S>], time: f64) -> Result<(), StepError> {
+    if let Some(joint) = bodies.joints.names.first() {
+        return Err(StepError::Joint {
+            joint: joint.clone(),
+            problem: "scheme soft_step holds no joints".into(),
+            remedy: "take scheme fixed_step or events".into(),
+            time,
+        });
+    }
+    if let Some(t) = touches.iter().find(|t| t.tangential_restitution > 0.0) {
+        let (a, b) = (&bodies.names[t.a], &bodies.names[t.b]);
+        return Err(StepError::Argument {
+            field: "tangential_restitution",
+            problem: format!(
+                "is {} between bodies '{a}' and '{b}', and scheme soft_step turns no slip round",
+                t.tangential_restitution
+            ),
+            remedy: "set it to 0, or take scheme fixed_step or events".into(),
+        });
+    }
+    Ok(())
+}
+
+impl<S: Geometry> SoftStep<S> {
+    /// Moves the poses by what the lanes moved them, and books what that did to the energy.
+    fn move_on(&mut self, bodies: &mut Bodies<S>, step: &Step<S>, ledger: &mut Ledger) {
+        let before = Energy::of(bodies, step.gravity);
+        let marks = self.accounts.marks(bodies, step.gravity);
+        self.displace(bodies, step);
+        let after = Energy::of(bodies, step.gravity);
+        ledger.integrator += after.total() - before.total() + ledger.gravity;
+        self.accounts.moved(&marks, bodies, step.gravity, crate::observe::accounts::Motive::Integrator);
+        for account in &mut self.accounts.of_bodies {
+            account.energy.integrator += account.energy.gravity;
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Between bodies in f64 and their records in lanes. Free rotation is the world's integrator's: it is taken for the whole
+//! step, its mean turns in the lanes, and what it adds to the spin comes at the end; lanes only carry what contacts
+//! change. A velocity keeps the digits that f32 has not: it takes the lanes' change, not their value.
+
+use super::SoftStep;
+use crate::bodies::Bodies;
+use crate::integrate::{Step, turn_freely, turns_steadily};
+use crate::narrow_phase::Touch;
+use crate::observe::accounts::Motive;
+use crate::observe::energy::Energy;
+use crate::observe::ledger::Ledger;
+use crate::settings::Settings;
+use carom_geometry::Geometry;
+use carom_math::{Column, Inertia, Rotation, Several};
+use carom_solver::Twist;
+use carom_solver::soft::{SoftBody, SoftChoice};
+
+/// Not in any record.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A column in f32.
+pub(super) fn narrow<C: Column, A: Several<f32>>(column: C) -> A {
+    let mut out = A::all(0.0);
+    for k in 0..C::LEN {
+        out[k] = column[k] as f32;
+    }
+    out
+}
+
+/// An array in f64.
+pub(super) fn widen<C: Column, A: Several<f32>>(array: &A) -> C {
+    C::from_fn(|k| f64::from(array[k]))
+}
+
+impl<S: Geometry> SoftStep<S> {
+    /// Gives tumbling bodies the mean spin of their free motion over the step.
+    pub(super) fn turn_freely(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        settings: &Settings<S>,
+        step: &Step<S>,
+        ledger: &mut Ledger,
+    ) {
+        self.after.clear();
+        self.after.resize(bodies.len(), S::Spin::ZERO);
+        let tumbles = |bodies: &Bodies<S>, i: usize| {
+            bodies.motion.angular_velocity[i] != S::Spin::ZERO && !turns_steadily(bodies, i)
+        };
+        if (0..bodies.len()).any(|i| tumbles(bodies, i)) {
+            let before = Energy::of(bodies, step.gravity);
+            let marks = self.accounts.marks(bodies, step.gravity);
+            for i in 0..bodies.len() {
+                if tumbles(bodies, i) {
+                    self.after[i] = mean_spin(bodies, settings, i, step.dt);
+                }
+            }
+            ledger.integrator += Energy::of(bodies, step.gravity).total() - before.total();
+            self.accounts.moved(&marks, bodies, step.gravity, Motive::Integrator);
+        }
+        self.start.clear();
+        self.start.extend((0..bodies.len()).map(|i| bodies.motion.twist(i)));
+    }
+
+    /// Records of all bodies that touch something.
+    pub(super) fn gather(
+        &mut self,
+        bodies: &Bodies<S>,
+        touches: &[Touch<S>],
+        step: &Step<S>,
+        choice: &SoftChoice,
+    ) {
+        self.solver.begin();
+        self.record_of.clear();
+        self.record_of.resize(bodies.len(), NONE);
+        self.body_of.clear();
+        self.body_of.push(NONE);
+        self.fixed.clear();
+        self.fixed.push(true);
+        for t in touches {
+            for i in [t.a, t.b] {
+                self.record_of[i] = 0;
+            }
+        }
+        let h = step.dt / choice.substeps as f64;
+        for i in 0..bodies.len() {
+            let dynamic = bodies.is_dynamic(i);
+            if self.record_of[i] == NONE {
+                continue;
+            }
+            if !dynamic && self.start[i] == Twist::default() {
+                // one record serves all obstacles at rest; its name in reports is the last one's
+                self.body_of[0] = i as u32;
+                continue;
+            }
+            let inverse = bodies.inverse_mass(i);
+            let wrench = &self.loads[i];
+            let (mut load, mut spin_load) = (S::Vector::ZERO, S::Spin::ZERO);
+            if dynamic {
+                load = (step.gravity + wrench.force * inverse.linear) * h;
+                spin_load = inverse.angular.apply(wrench.torque) * h;
+            }
+            let body = SoftBody {
+                velocity: narrow(self.start[i].linear),
+                spin: narrow(self.start[i].angular),
+                load: narrow(load),
+                spin_load: narrow(spin_load),
+                inverse_mass: inverse.linear as f32,
+                inverse_inertia: entries::<S>(&inverse.angular),
+            };
+            self.record_of[i] = self.solver.add(&body);
+            self.body_of.push(i as u32);
+            self.fixed.push(!dynamic);
+        }
+    }
+
+    /// Velocity of a body after the step's impulses.
+    pub(super) fn kicked(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>) -> Twist<S> {
+        let start = self.start[i];
+        if self.record_of[i] == NONE {
+            let (inverse, wrench) = (bodies.inverse_mass(i), &self.loads[i]);
+            let linear = start.linear + (step.gravity + wrench.force * inverse.linear) * step.dt;
+            let angular = start.angular + inverse.angular.apply(wrench.torque) * step.dt;
+            return Twist { linear, angular };
+        }
+        let (velocity, spin) = self.solver.motion(self.record_of[i]);
+        let linear = S::Vector::from_fn(|k| {
+            start.linear[k] + (f64::from(velocity[k]) - f64::from(start.linear[k] as f32))
+        });
+        let angular = S::Spin::from_fn(|k| {
+            start.angular[k] + (f64::from(spin[k]) - f64::from(start.angular[k] as f32))
+        });
+        Twist { linear, angular }
+    }
+
+    /// Moves all poses to the step's end.
+    pub(super) fn displace(&self, bodies: &mut Bodies<S>, step: &Step<S>) {
+        for i in 0..bodies.len() {
+            let (start, end) = (self.start[i], bodies.motion.twist(i));
+            let record = self.record_of[i];
+            if record == NONE || record == 0 || self.fixed[record as usize] {
+                // free flight, and obstacles: the mean velocity is exact
+                bodies.motion.position[i] += (start.linear + end.linear) * (0.5 * step.dt);
+                let angle = (start.angular + end.angular) * (0.5 * step.dt);
+                if angle != S::Spin::ZERO {
+                    bodies.motion.rotation[i] = bodies.motion.rotation[i].then(&S::Rotation::about(angle));
+                }
+            } else {
+                let (by, turn) = self.solver.moved(record);
+                let rest = S::Vector::from_fn(|k| start.linear[k] - f64::from(start.linear[k] as f32));
+                bodies.motion.position[i] += widen::<S::Vector, _>(&by) + rest * step.dt;
+                let numbers: Vec4 =
+                    std::array::from_fn(|k| turn.slice().get(k).map_or(0.0, |x| f64::from(*x)));
+                let turn = S::Rotation::from_slice(&numbers[..S::Rotation::LEN]);
+                let rotation = bodies.motion.rotation[i];
+                bodies.motion.rotation[i] = turn.map_or(rotation, |turn| rotation.then(&turn));
+            }
+            bodies.motion.angular_velocity[i] += self.after[i];
+        }
+    }
+}
+
+type Vec4 = [f64; 4];
+
+/// Sets a body's spin to the mean of its free motion over a step and returns what the free motion adds at the end.
+fn mean_spin<S: Geometry>(bodies: &mut Bodies<S>, settings: &Settings<S>, i: usize, dt: f64) -> S::Spin {
+    let (rotation, spin) = (bodies.motion.rotation[i], bodies.motion.angular_velocity[i]);
+    turn_freely(settings.integrator, bodies, i, dt);
+    let end = bodies.motion.angular_velocity[i];
+    // more than half a turn has no unique mean
+    let mean = if spin.norm() * dt < 1.0 {
+        rotation.inverse().then(&bodies.motion.rotation[i]).vector() * (1.0 / dt)
+    } else {
+        spin
+    };
+    bodies.motion.rotation[i] = rotation;
+    bodies.motion.angular_velocity[i] = mean;
+    end - mean
+}
+
+/// Entries of an inverse inertia.
+fn entries<S: Geometry>(inertia: &S::Inertia) -> S::Inertias<f32> {
+    let unit = |j: usize| S::Spin::from_fn(|k| if k == j { 1.0 } else { 0.0 });
+    let column = |j: usize| inertia.apply(unit(j));
+    let mut out = S::Inertias::all(column(0)[0] as f32);
+    if S::SPIN > 1 {
+        let (x, y, z) = (column(0), column(1), column(2));
+        for (k, value) in [x[0], y[1], z[2], x[1], x[2], y[2]].into_iter().enumerate() {
+            out[k] = value as f32;
+        }
+    }
+    out
+}

@@ -1,0 +1,160 @@
+//! A soft step as rigid contact sees it: the contact problem of the whole step, and the impulses that the springs gave over
+//! it, contact by contact. It is made when somebody asks: for contact forces, a certificate, an explanation, the books
+//! of groups. Friction of a patch is one wrench; its points share it in proportion to their normal impulses, such that
+//! its torque about the normal comes out right where the points can bear it.
+
+use super::patches::{count, rolling_axis};
+use crate::assembly;
+use crate::bodies::Bodies;
+use crate::force::Wrench;
+use crate::integrate::Step;
+use crate::narrow_phase::Touch;
+use carom_geometry::Geometry;
+use carom_math::{Column, Inertia};
+use carom_solver::soft::{Patch, PatchResult, SoftSolver};
+use carom_solver::{ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
+use std::sync::OnceLock;
+
+/// A problem, its impulses, and the touch of each contact.
+pub type Told<'a, S> = (&'a ContactProblem<S>, &'a Impulses<S>, &'a [usize]);
+
+/// What the soft solver found: itself, its patches and their touches.
+pub type Found<'a, S> = (&'a SoftSolver<S>, &'a [Patch<S>], &'a [<S as carom_math::Wide>::Points<u32>]);
+
+/// The state at the step's start, and the problem when it has been asked for.
+pub struct Rigid<S: Geometry> {
+    /// Places at the step's start.
+    pub position: Vec<S::Vector>,
+    /// Attitudes at the step's start.
+    pub rotation: Vec<S::Rotation>,
+    inverse_masses: Vec<InverseMass<S>>,
+    free: Vec<Twist<S>>,
+    dt: f64,
+    made: OnceLock<(ContactProblem<S>, Impulses<S>, Vec<usize>)>,
+}
+
+impl<S: Geometry> Default for Rigid<S> {
+    fn default() -> Self {
+        let (position, rotation, inverse_masses, free) = Default::default();
+        Rigid { position, rotation, inverse_masses, free, dt: 0.0, made: OnceLock::new() }
+    }
+}
+
+impl<S: Geometry> Rigid<S> {
+    /// Keeps what the problem will be made of.
+    pub fn begin(&mut self, bodies: &Bodies<S>, loads: &[Wrench<S>], step: &Step<S>) {
+        self.made = OnceLock::new();
+        self.dt = step.dt;
+        self.position.clone_from(&bodies.motion.position);
+        self.rotation.clone_from(&bodies.motion.rotation);
+        self.inverse_masses.clear();
+        self.inverse_masses.extend((0..bodies.len()).map(|i| bodies.inverse_mass(i)));
+        self.free.clear();
+        for i in 0..bodies.len() {
+            let mut v = bodies.motion.twist(i);
+            if bodies.is_dynamic(i) {
+                let inverse = &self.inverse_masses[i];
+                v.linear += (step.gravity + loads[i].force * inverse.linear) * step.dt;
+                v.angular += inverse.angular.apply(loads[i].torque) * step.dt;
+            }
+            self.free.push(v);
+        }
+    }
+
+    /// The problem and its impulses.
+    pub fn get(&self, bodies: &Bodies<S>, touches: &[Touch<S>], found: Found<'_, S>) -> Told<'_, S> {
+        let (problem, impulses, pressed) = self.made.get_or_init(|| self.make(bodies, touches, found));
+        (problem, impulses, pressed)
+    }
+
+    fn make(
+        &self,
+        bodies: &Bodies<S>,
+        touches: &[Touch<S>],
+        (solver, patches, members): Found<'_, S>,
+    ) -> (ContactProblem<S>, Impulses<S>, Vec<usize>) {
+        let mut problem = ContactProblem::new(Vec::new(), Vec::new());
+        assembly::begin(&mut problem, bodies, FrictionLaw::Disc);
+        problem.inverse_masses.clone_from(&self.inverse_masses);
+        problem.velocities.clone_from(&self.free);
+        let mut pressed = Vec::new();
+        let mut told = Vec::new();
+        for (k, members) in members.iter().enumerate().take(patches.len()) {
+            let result = solver.result(k);
+            let shared = shares(touches, members, &result);
+            for (i, impulse) in shared.iter().enumerate() {
+                let t = &touches[members[i] as usize];
+                let mut contact = assembly::contact(bodies, t, (-t.gap / self.dt).min(0.0));
+                contact.arm_a = t.point - self.position[t.a];
+                contact.arm_b = t.point - self.position[t.b];
+                let moment = if i == 0 { moment(t, &result, shared.len()) } else { S::Spin::ZERO };
+                told.push((*impulse, contact.moment_to_frame(moment)));
+                problem.contacts.push(contact);
+                pressed.push(members[i] as usize);
+                assembly::resist(&mut problem, t);
+            }
+        }
+        let mut impulses = Impulses::zero(&problem);
+        for (to, (impulse, _)) in impulses.contacts.iter_mut().zip(&told) {
+            *to = *impulse;
+        }
+        for (r, to) in problem.resistances.iter().zip(&mut impulses.moments) {
+            *to = told[r.contact].1;
+        }
+        (problem, impulses, pressed)
+    }
+}
+
+/// Each point's impulse over the step.
+fn shares<S: Geometry>(
+    touches: &[Touch<S>],
+    members: &S::Points<u32>,
+    result: &PatchResult<S>,
+) -> Vec<Impulse<S>> {
+    let n = count::<S>(members);
+    let touch = |i: usize| &touches[members[i] as usize];
+    let sum: f64 = (0..n).map(|i| f64::from(result.normal[i])).sum();
+    let share = |i: usize| if sum > 0.0 { f64::from(result.normal[i]) / sum } else { 1.0 / n as f64 };
+    let frame = |k: usize| S::tangent(touch(0).normal, k);
+    let mut centre = S::Vector::ZERO;
+    let mut middle = S::Vector::ZERO;
+    for i in 0..n {
+        centre += touch(i).point * share(i);
+        middle += touch(i).point * (1.0 / n as f64);
+    }
+    let mut rub = S::Slip::ZERO;
+    for k in 0..S::SLIP {
+        rub[k] = f64::from(result.rubbing[k]);
+    }
+    // places along the tangents, from the centre of pressure
+    let place = |point: S::Vector| S::Slip::from_fn(|k| (point - centre).dot(frame(k)));
+    let spread: f64 = (0..n).map(|i| share(i) * place(touch(i).point).norm_squared()).sum();
+    let mut twist = 0.0;
+    if S::SPIN > S::SLIP && spread > 0.0 {
+        // friction acts at the middle of the points: its torque about the centre of pressure
+        let off = place(middle);
+        twist = f64::from(result.rubbing[S::SLIP]) + off[0] * rub[1] - off[1] * rub[0];
+    }
+    let impulse = |i: usize| {
+        let at = place(touch(i).point);
+        let tangent = S::Slip::from_fn(|k| {
+            let turned = if twist == 0.0 { 0.0 } else { [-at[1], at[0]][k] * twist / spread };
+            share(i) * (rub[k] + turned)
+        });
+        Impulse { normal: f64::from(result.normal[i]), tangent }
+    };
+    (0..n).map(impulse).collect()
+}
+
+/// Moment that the first contact of a patch bears: rolling friction, and of a single point its spinning friction.
+fn moment<S: Geometry>(t: &Touch<S>, result: &PatchResult<S>, points: usize) -> S::Spin {
+    let mut world = S::Spin::ZERO;
+    for k in 0..S::SLIP {
+        world += rolling_axis::<S>(t.normal, k) * f64::from(result.rolling[k]);
+    }
+    if S::SPIN > S::SLIP && points == 1 {
+        let spin = f64::from(result.rubbing[S::SLIP]);
+        world += S::Spin::from_fn(|c| t.normal[c] * spin);
+    }
+    world
+}

@@ -1,0 +1,318 @@
+//! The scheme `soft_step`: what a fast scheme may not get wrong. Momentum, books that close to what f32 can carry, friction
+//! in the true direction and of the true size, flight as exact as anywhere, trajectories that a snapshot continues.
+
+use crate::harness::*;
+use carom::{
+    BodyKind, BodySpec, Column, JointSpec, LedgerGroup, OnInaccurate, Scheme, Settings, SoftSettings,
+    SolverKind, Spatial, World, Wrench, vec3,
+};
+
+in_plane_and_space!(
+    a_stack_rests_and_its_books_close,
+    the_floor_bears_the_weight_of_what_stands_on_it,
+    a_block_slides_as_far_as_coulomb_says,
+    a_block_on_a_slope_stays_below_the_friction_angle_and_slides_above_it,
+    two_balls_in_flight_keep_their_momentum,
+    a_bouncing_ball_rises_by_the_square_of_its_restitution,
+    bodies_that_touch_nothing_fly_exactly,
+    a_driven_floor_carries_a_block_and_pays_for_it,
+    a_rolling_ball_is_stopped_by_its_rolling_friction,
+    a_snapshot_continues_the_trajectory_bit_for_bit,
+    groups_share_what_the_world_books,
+    a_step_that_is_refused_leaves_the_world_as_it_was,
+    what_the_scheme_has_no_law_for_is_refused_by_name,
+    heavy_on_light_stays_finite,
+);
+
+/// Settings of the scheme.
+fn soft<S: Dimension>(dt: f64) -> Settings<S> {
+    Settings { dt, scheme: Scheme::SoftStep, on_inaccurate: OnInaccurate::Ignore, ..Settings::default() }
+}
+
+/// Blocks of 1 m on the floor.
+fn stack<S: Dimension>(settings: Settings<S>, masses: &[f64]) -> World<S> {
+    let mut w = world::<S>(settings);
+    add_floor(&mut w, 0.6, 0.0);
+    for (k, mass) in masses.iter().enumerate() {
+        let block = BodySpec::heavy(S::block(1.0, 1.0), *mass).at(S::at(0.0, 0.5 + k as f64));
+        add(&mut w, &format!("block {k}"), block.friction(0.6));
+    }
+    w
+}
+
+/// How deep a face of 1 m sinks under a load \[m\]: with the implicit spring's shares m' = a2 a3, i' = a3 and its rate b,
+/// a point at rest under an impulse p has m' (1/A) b s = i' p, A the inverse mass at the point.
+fn sag<S: Dimension>(hertz: f64, h: f64, load: f64, inverse_masses: f64) -> f64 {
+    let omega = 2.0 * std::f64::consts::PI * hertz;
+    let a1 = 2.0 * SoftSettings::default().damping_ratio + h * omega;
+    let a2 = h * omega * a1;
+    // corners of a cube: lever^2 over the moment m/6
+    let (points, lever) = if S::DIM == 2 { (2.0, 0.25) } else { (4.0, 0.5) };
+    let at_point = inverse_masses * (1.0 + 6.0 * lever);
+    load * h / points * at_point / (a2 * omega / a1)
+}
+
+/// Ten blocks for 6 s: they come to rest, sunk by what the springs say and no more, and no joule is lost from the books.
+/// The bound on the closure is f32's rounding of what goes through them.
+pub fn a_stack_rests_and_its_books_close<S: Dimension>() {
+    let mut w = stack::<S>(soft(1.0 / 60.0), &[2.0; 10]);
+    let weight = 20.0 * G;
+    run(&mut w, 6.0, |_, r| at_most(r.ledger.closure.abs(), 1e-6 * weight, "closure of a step [J]"));
+    let (h, hertz) = (1.0 / 240.0, SoftSettings::default().hertz);
+    let mut sunk = 0.0;
+    for k in 0..10 {
+        let load = weight * (1.0 - 0.1 * k as f64);
+        sunk += if k == 0 { sag::<S>(2.0 * hertz, h, load, 0.5) } else { sag::<S>(hertz, h, load, 1.0) };
+        at_most(w.bodies().motion.velocity[k + 1].norm(), 2e-3, "speed [m/s]");
+        close(height(&w, k + 1), 0.5 + k as f64 - sunk, 0.02 * sunk, "height [m]");
+    }
+    at_most(w.ledger().closure.abs(), 1e-6 * weight, "closure of the run [J]");
+}
+
+/// Contact forces as users read them.
+pub fn the_floor_bears_the_weight_of_what_stands_on_it<S: Dimension>() {
+    let mut w = stack::<S>(soft(1.0 / 60.0), &[2.0, 3.0]);
+    settle(&mut w, 3.0);
+    close(normal_force(&w, 0, 1), 5.0 * G, 1e-3 * 5.0 * G, "force of the floor [N]");
+    close(normal_force(&w, 1, 2), 3.0 * G, 1e-3 * 3.0 * G, "force between the blocks [N]");
+}
+
+/// v^2 / (2 mu g), to the substeps' first order; along the way it goes straight.
+pub fn a_block_slides_as_far_as_coulomb_says<S: Dimension>() {
+    let (mu, v0) = (0.5, 3.0);
+    let mut w = world::<S>(soft(1.0 / 240.0));
+    add_floor(&mut w, mu, 0.0);
+    let block = BodySpec::heavy(S::block(1.0, 0.2), 2.0).at(S::at(0.0, 0.1)).moving(S::at(v0, 0.0));
+    let block = add(&mut w, "block", block.friction(mu));
+    settle(&mut w, 1.0);
+    let way = v0 * v0 / (2.0 * mu * G);
+    close(S::along(w.bodies().motion.position[block]), way, 5e-3 * way, "way [m]");
+    at_most(speed(&w, block).abs(), 1e-4, "speed at rest [m/s]");
+    let friction = w.ledger().friction;
+    close(friction, -0.5 * 2.0 * v0 * v0, 0.01 * v0 * v0, "work of friction [J]");
+}
+
+/// tan of the slope against mu.
+pub fn a_block_on_a_slope_stays_below_the_friction_angle_and_slides_above_it<S: Dimension>() {
+    let mu = 0.4;
+    for share in [0.98, 1.02] {
+        let angle = (share * mu as f64).atan();
+        let mut w = world::<S>(soft(1.0 / 240.0));
+        let normal = S::at(angle.sin(), angle.cos());
+        add(&mut w, "slope", BodySpec::fixed(S::wall(normal)).friction(mu));
+        let block = BodySpec::heavy(S::block(1.0, 0.2), 2.0).at(normal * 0.1).turned(leaning::<S>(-angle));
+        let block = add(&mut w, "block", block.friction(mu));
+        settle(&mut w, 1.0);
+        let moved = w.bodies().motion.velocity[block].norm();
+        let slides = G * (angle.sin() - mu * angle.cos());
+        if share < 1.0 {
+            at_most(moved, 1e-4, "speed of what must stay [m/s]");
+        } else {
+            close(moved, slides, 0.03 * slides, "speed of what must slide [m/s]");
+        }
+    }
+}
+
+/// An oblique collision with friction: P of both balls to f32's rounding of the impulse, L to first order in the step.
+pub fn two_balls_in_flight_keep_their_momentum<S: Dimension>() {
+    let mut w = world::<S>(Settings { gravity: S::Vector::ZERO, ..soft(1.0 / 240.0) });
+    let ball = |mass: f64| BodySpec::heavy(S::ball(0.3), mass).friction(0.4).restitution(0.7);
+    add(&mut w, "one", ball(2.0).moving(S::at(3.0, 0.1)).spinning(S::turn(4.0)));
+    add(&mut w, "other", ball(5.0).at(S::at(0.75, 0.2)).moving(S::at(-1.0, 0.0)));
+    let before = w.momenta();
+    let mut struck = false;
+    run(&mut w, 0.3, |_, r| struck |= r.ledger.contact_normal != 0.0);
+    let after = w.momenta();
+    assert!(struck);
+    at_most((after.linear - before.linear).norm(), 1e-6 * 11.0, "change of momentum [kg m/s]");
+    // arms stand still in a step while the bodies go on: friction's impulses meet a way of v dt apart
+    let apart = 4.0 / 240.0;
+    let rubbed = 0.4 * 10.0;
+    at_most((after.angular - before.angular).norm(), rubbed * apart, "change of angular momentum [kg m^2/s]");
+    at_most(w.ledger().closure.abs(), 1e-6 * 20.0, "closure [J]");
+}
+
+/// e^2 of the height, as far as a step hides the moment of impact: h v of height.
+pub fn a_bouncing_ball_rises_by_the_square_of_its_restitution<S: Dimension>() {
+    let (dt, fall, e): (f64, f64, f64) = (1.0 / 240.0, 1.0, 0.8);
+    let mut w = world::<S>(soft(dt));
+    add_floor(&mut w, 0.0, e);
+    let ball = BodySpec::heavy(S::ball(0.2), 1.0).at(S::at(0.0, 0.2 + fall)).restitution(e);
+    let ball = add(&mut w, "ball", ball);
+    let (mut rising, mut top) = (false, 0.0_f64);
+    run(&mut w, 0.95, |w, _| {
+        let v = S::up(w.bodies().motion.velocity[ball]);
+        rising |= v > 0.0;
+        if rising {
+            top = top.max(height(w, ball) - 0.2);
+        }
+    });
+    let speed = (2.0 * G * fall).sqrt();
+    close(top, e * e * fall, 2.0 * dt * speed, "apex [m]");
+}
+
+/// A parabola to rounding, and the books closed to rounding.
+pub fn bodies_that_touch_nothing_fly_exactly<S: Dimension>() {
+    let mut w = stack::<S>(soft(1.0 / 60.0), &[1.0]);
+    let v = S::at(3.0, 4.0);
+    let flyer = BodySpec::heavy(S::block(0.3, 0.5), 2.0).at(S::at(5.0, 20.0)).moving(v);
+    let flyer = add(&mut w, "flyer", flyer.spinning(S::turn(2.0)));
+    run(&mut w, 1.0, |_, _| {});
+    let t = w.time();
+    let expected = S::at(5.0 + 3.0 * t, 20.0 + 4.0 * t - 0.5 * G * t * t);
+    at_most((w.bodies().motion.position[flyer] - expected).norm(), 1e-12, "place [m]");
+    let turned = leaning::<S>(2.0 * t);
+    at_most(angle_between::<S>(&w.bodies().motion.rotation[flyer], &turned), 1e-12, "attitude [rad]");
+}
+
+/// A floor that moves sideways: the block takes its speed, and the work comes from the floor.
+pub fn a_driven_floor_carries_a_block_and_pays_for_it<S: Dimension>() {
+    let mut w = world::<S>(soft(1.0 / 240.0));
+    let belt = BodySpec { kind: BodyKind::Kinematic, ..BodySpec::fixed(S::block(40.0, 1.0)) };
+    add(&mut w, "belt", belt.at(S::at(0.0, -0.5)).moving(S::at(2.0, 0.0)).friction(0.5));
+    let block = BodySpec::heavy(S::block(1.0, 0.4), 3.0).at(S::at(0.0, 0.2)).friction(0.5);
+    let block = add(&mut w, "block", block);
+    let kinetic = 0.5 * 3.0 * 4.0;
+    run(&mut w, 1.0, |_, r| at_most(r.ledger.closure.abs(), 2e-6 * kinetic, "closure of a step [J]"));
+    close(speed(&w, block), 2.0, 1e-3, "speed [m/s]");
+    // the belt gives as much again to heat: 3 kg 2 m/s 2 m/s
+    close(w.ledger().driven, 2.0 * kinetic, 0.02 * kinetic, "work of the belt [J]");
+    at_most(w.ledger().closure.abs(), 1e-4 * kinetic, "closure [J]");
+}
+
+/// v^2 / (2 a) with a = c g / (R (1 + k)).
+pub fn a_rolling_ball_is_stopped_by_its_rolling_friction<S: Dimension>() {
+    let (radius, c, v0) = (0.3, 0.01, 0.5);
+    let mut w = world::<S>(soft(1.0 / 240.0));
+    add_floor(&mut w, 0.8, 0.0);
+    let ball = BodySpec::heavy(S::ball(radius), 2.0).at(S::at(0.0, radius)).friction(0.8);
+    let ball = ball.moving(S::at(v0, 0.0)).spinning(S::turn(-v0 / radius)).resisting(c, 0.0);
+    let ball = add(&mut w, "ball", ball);
+    let a = c * G / (radius * (1.0 + S::ROUNDNESS));
+    run(&mut w, 1.5 * v0 / a, |_, _| {});
+    let way = S::along(w.bodies().motion.position[ball]);
+    close(way, v0 * v0 / (2.0 * a), 0.01 * way, "way [m]");
+    at_most(speed(&w, ball).abs(), 1e-4, "speed at rest [m/s]");
+}
+
+/// In the middle of a collapse.
+pub fn a_snapshot_continues_the_trajectory_bit_for_bit<S: Dimension>() {
+    let mut w = stack::<S>(soft(1.0 / 60.0), &[1.0, 2.0, 1.0, 3.0]);
+    w.motion_mut().velocity[3] = S::at(2.0, 0.5);
+    for _ in 0..30 {
+        step(&mut w);
+    }
+    let (mut other, _) = World::<S>::from_snapshot(&w.snapshot()).expect("a snapshot");
+    for _ in 0..60 {
+        step(&mut w);
+        step(&mut other);
+        assert!(bits(&w) == bits(&other));
+    }
+}
+
+/// The books of groups add up to the world's, contact forces between them included.
+pub fn groups_share_what_the_world_books<S: Dimension>() {
+    let mut w = stack::<S>(soft(1.0 / 240.0), &[1.0, 2.0]);
+    w.motion_mut().velocity[1] = S::at(1.0, 0.0);
+    let group = |name: &str| LedgerGroup { name: name.into(), bodies: Some(vec![name.into()]) };
+    w.set_ledger_groups(vec![group("block 0"), group("block 1")]).expect("groups");
+    run(&mut w, 0.5, |_, r| {
+        for group in &r.groups {
+            at_most(group.ledger.closure.abs(), 2e-4, "closure of a group's energy [J]");
+            at_most(group.momentum.closure.norm(), 1e-5, "closure of a group's momentum [kg m/s]");
+        }
+    });
+}
+
+/// Loads that are not finite end the step where it began, warm start and all.
+pub fn a_step_that_is_refused_leaves_the_world_as_it_was<S: Dimension>() {
+    let mut w = stack::<S>(soft(1.0 / 60.0), &[1.0, 2.0]);
+    settle(&mut w, 0.2);
+    // more than f32 can hold
+    w.apply_wrench(1, Wrench { force: S::at(1e300, 0.0), ..Wrench::default() });
+    let before = w.snapshot();
+    let refused = w.step(1.0 / 60.0).expect_err("no number").to_string();
+    assert!(refused.contains("block 0"), "{refused}");
+    assert!(w.snapshot() == before);
+}
+
+/// Joints, slips that turn round, solvers and laws of other schemes.
+pub fn what_the_scheme_has_no_law_for_is_refused_by_name<S: Dimension>() {
+    let mut w = world::<S>(soft(1.0 / 60.0));
+    let bob = BodySpec::heavy(S::ball(0.1), 1.0);
+    add(&mut w, "bob", bob);
+    w.add_joint("hinge", JointSpec::point("bob").at(S::at(0.0, 1.0))).expect("a joint");
+    let refused = w.step(1.0 / 60.0).expect_err("a joint").to_string();
+    assert!(refused.contains("hinge") && refused.contains("fixed_step"), "{refused}");
+    let mut w = stack::<S>(soft(1.0 / 60.0), &[]);
+    let bouncy = BodySpec { tangential_restitution: 0.5, ..BodySpec::heavy(S::ball(0.1), 1.0) };
+    add(&mut w, "ball", bouncy.at(S::at(0.0, 0.1)));
+    let refused = w.step(1.0 / 60.0).expect_err("no law").to_string();
+    assert!(refused.contains("ball") && refused.contains("tangential_restitution"), "{refused}");
+    let settings = Settings { solver: Some(SolverKind::Exact), ..soft::<S>(0.01) };
+    let refused = settings.check().expect_err("a solver").to_string();
+    assert!(refused.contains("solver") && refused.contains("exact"), "{refused}");
+    let settings =
+        Settings { soft: SoftSettings { substeps: 0, ..SoftSettings::default() }, ..soft::<S>(0.01) };
+    assert!(settings.check().expect_err("no substeps").to_string().contains("soft.substeps"));
+}
+
+/// A thousand times the mass on top: soft contacts sink, and nothing else.
+pub fn heavy_on_light_stays_finite<S: Dimension>() {
+    let mut w = stack::<S>(soft(1.0 / 60.0), &[1.0, 1.0, 1.0, 1000.0]);
+    run(&mut w, 2.0, |w, r| {
+        assert!(r.energy.total().is_finite());
+        at_most(w.bodies().motion.velocity[4].norm(), 20.0, "speed [m/s]");
+    });
+}
+
+/// Every heading, bodies turned anyhow: straight to a tenth of a degree (physics: friction has no moment about the
+/// vertical, whatever the shape).
+#[test]
+fn a_sliding_brick_goes_straight() {
+    for k in 0..8 {
+        let (yaw, heading) = (0.3 + 0.7 * f64::from(k), 0.4 * f64::from(k));
+        let mut w = world::<Spatial>(soft(1.0 / 240.0));
+        add_floor(&mut w, 0.5, 0.0);
+        let brick = BodySpec::heavy(carom::SpatialShape::Box { size: [1.2, 0.2, 0.1] }, 2.0);
+        let turned = carom::Quaternion::from_axis_angle(vec3(0.0, 0.0, 1.0), yaw);
+        let (across, along) = heading.sin_cos();
+        let spec = brick.at(vec3(0.0, 0.0, 0.05)).turned(turned).moving(vec3(3.0 * along, 3.0 * across, 0.0));
+        let brick = add(&mut w, "brick", spec.friction(0.5));
+        run(&mut w, 0.55, |w, _| {
+            let v = w.bodies().motion.velocity[brick];
+            let off = (v[1] * along - v[0] * across).atan2(v[0] * along + v[1] * across);
+            at_most(off.abs().to_degrees(), 0.1, "bend [degrees]");
+        });
+    }
+}
+
+/// A top on one point: spinning friction takes c m g of torque, friction none.
+#[test]
+fn a_spinning_ball_is_stopped_by_its_spinning_friction() {
+    let (radius, c, spin) = (0.3, 0.01, 2.0);
+    let mut w = world::<Spatial>(soft(1.0 / 240.0));
+    add_floor(&mut w, 0.8, 0.0);
+    let ball = BodySpec::heavy(<Spatial as Dimension>::ball(radius), 2.0).at(vec3(0.0, 0.0, radius));
+    let ball = add(&mut w, "ball", ball.friction(0.8).spinning(vec3(0.0, 0.0, spin)).resisting(0.0, c));
+    let slowing = c * G / (0.4 * radius * radius);
+    let time = 0.5 * spin / slowing;
+    run(&mut w, time, |_, _| {});
+    close(w.bodies().motion.angular_velocity[ball][2], spin - slowing * w.time(), 0.01, "spin [rad/s]");
+    run(&mut w, 2.0 * time, |_, _| {});
+    at_most(w.bodies().motion.angular_velocity[ball].norm(), 1e-3, "spin at rest [rad/s]");
+}
+
+/// Free rotation is the integrator's: a tumbling brick keeps its angular momentum to rounding, touching or not.
+#[test]
+fn a_tumbling_brick_keeps_its_angular_momentum() {
+    let mut w = world::<Spatial>(Settings { gravity: vec3(0.0, 0.0, 0.0), ..soft(1.0 / 60.0) });
+    let brick = BodySpec::heavy(carom::SpatialShape::Box { size: [0.2, 0.5, 1.0] }, 2.0);
+    add(&mut w, "brick", brick.spinning(vec3(0.1, 5.0, 0.2)));
+    let (momenta, energy) = (w.momenta(), w.energy().total());
+    run(&mut w, 5.0, |w, r| {
+        at_most((w.momenta().angular - momenta.angular).norm(), 1e-12, "angular momentum");
+        at_most((r.energy.total() - energy).abs(), 0.02 * energy, "energy [J]");
+        at_most(r.ledger.closure.abs(), 1e-12 * energy, "closure [J]");
+    });
+}
