@@ -1,11 +1,16 @@
 //! Hollow walls: bodies in bowls and drums. Their gap shrinks on straight ways too, which arrivals must know.
 
 use crate::harness::*;
-use carom::{BodySpec, Column, EventSettings, PlasticArrivals, Rotation, Scheme, Settings, World};
+use carom::{
+    BodySpec, Column, EventSettings, PlasticArrivals, Rotation, Scheme, Settings, Spatial, World, vec3,
+};
 use carom_scenes::judge::Judge;
 
 in_plane_and_space!(
     a_ball_shot_across_a_round_room_goes_round_its_polygon,
+    a_ball_that_swings_in_a_bowl_keeps_its_energy,
+    a_push_on_a_ball_that_rolls_in_a_bowl_costs_the_energy_of_its_slip,
+    a_swing_in_a_bowl_goes_on_from_a_snapshot_bit_for_bit,
     a_block_dropped_into_a_bowl_comes_to_rest_on_its_corners,
     balls_poured_into_a_bowl_come_to_rest,
     a_block_rests_in_a_bowl_with_fixed_steps,
@@ -35,6 +40,85 @@ pub fn a_ball_shot_across_a_round_room_goes_round_its_polygon<S: Dimension>() {
         assert!(chords > 100.0, "{chords}");
         at_most(worst, 1e-10, "place on the polygon [m]");
         close(w.energy().total(), 0.5 * speed * speed, 1e-12, "energy [J]");
+    }
+}
+
+/// A ball of radius .1 and 1 kg in a bowl of radius 1, let go at an angle from its lowest point.
+fn ball_in_bowl<S: Dimension>(amplitude: f64, friction: f64, dt: f64) -> World<S> {
+    let mut w = world::<S>(by_events(dt));
+    add(&mut w, "bowl", BodySpec::fixed(S::cavity(1.0)).friction(friction));
+    let place = S::at(0.9 * amplitude.sin(), -0.9 * amplitude.cos());
+    add(&mut w, "ball", BodySpec::heavy(S::ball(0.1), 1.0).at(place).friction(friction));
+    w
+}
+
+/// Runs and gives the largest change of the energy \[J\]; the ball stays on the bowl, nothing strikes and no slip stops.
+fn undisturbed<S: Dimension>(w: &mut World<S>, time: f64) -> f64 {
+    let start = w.energy().total();
+    let (mut change, mut gap) = (0.0_f64, 0.0_f64);
+    run(w, time, |w, r| {
+        change = change.max((r.energy.total() - start).abs());
+        gap = gap.max((w.bodies().motion.position[1].norm() - 0.9).abs());
+        assert_eq!((r.events.impacts, r.events.slip_stops), (0, 0), "at {}", r.time);
+    });
+    at_most(gap, 1e-10, "gap [m]");
+    at_most(w.ledger().friction.abs(), 1e-14, "friction's work [J]");
+    change
+}
+
+/// Rolling without slipping, and sliding without friction: the energy of the swing stays, at any step. Where the ball is
+/// by then says case C23. Rolling at 1.2 rad asks for friction tan(1.2) k/(1 + k), .86 in the plane.
+pub fn a_ball_that_swings_in_a_bowl_keeps_its_energy<S: Dimension>() {
+    for friction in [0.0, 1.5] {
+        for (amplitude, dt, time) in
+            [(0.1, 0.01, 60.0), (0.5, 0.01, 60.0), (0.5, 0.05, 6.0), (0.5, 0.003, 6.0), (1.2, 0.02, 6.0)]
+        {
+            let change = undisturbed(&mut ball_in_bowl::<S>(amplitude, friction, dt), time);
+            let swing = 0.9 * G * (1.0 - amplitude.cos());
+            at_most(change / swing, 1e-11, &format!("from {amplitude} rad, h = {dt}: energy [1]"));
+        }
+    }
+}
+
+/// The same going round at a height, and spinning about the normal on the way: in space alone.
+#[test]
+fn a_ball_that_rolls_round_in_a_bowl_keeps_its_energy() {
+    for dt in [0.02, 0.01, 0.005] {
+        let mut w = ball_in_bowl::<Spatial>(0.5, 1.5, dt);
+        let (normal, velocity) = (vec3(-0.5_f64.sin(), 0.0, 0.5_f64.cos()), vec3(0.0, 1.0, 0.0));
+        w.motion_mut().velocity[1] = velocity;
+        w.motion_mut().angular_velocity[1] = normal.cross(velocity) * 10.0 + normal * 3.0;
+        at_most(undisturbed(&mut w, 6.0), 1e-11, &format!("h = {dt}: energy [J]"));
+    }
+}
+
+/// What is given to a ball that has long rolled is a slip to be stopped, though the contact stuck in the step before:
+/// friction takes m k/(1 + k) s^2/2, as in a blow but for the weight's pull on the way, which is the other way round for
+/// the other slip. On the flat it takes it exactly (`a_rolling_ball_that_is_pushed_slides_and_rolls_again`).
+pub fn a_push_on_a_ball_that_rolls_in_a_bowl_costs_the_energy_of_its_slip<S: Dimension>() {
+    let lost = |slip: f64| {
+        let mut w = ball_in_bowl::<S>(0.5, 1.5, 0.005);
+        run(&mut w, 1.0, |_, _| ());
+        let spin = w.bodies().motion.angular_velocity[1];
+        w.motion_mut().angular_velocity[1] = spin + S::turn(10.0 * slip);
+        let before = w.energy().total();
+        run(&mut w, 0.1, |_, _| ());
+        before - w.energy().total()
+    };
+    let slip = 0.05;
+    let wanted = 0.5 * S::ROUNDNESS / (1.0 + S::ROUNDNESS) * slip * slip;
+    close(0.5 * (lost(slip) + lost(-slip)) / wanted, 1.0, 0.05, "what the slips took, over their energy [1]");
+}
+
+/// Who stuck is part of a snapshot.
+pub fn a_swing_in_a_bowl_goes_on_from_a_snapshot_bit_for_bit<S: Dimension>() {
+    let mut w = ball_in_bowl::<S>(0.5, 1.5, 0.01);
+    for _ in 0..10 {
+        run(&mut w, 0.07, |_, _| ());
+        let (mut again, _) = World::<S>::from_snapshot(&w.snapshot()).expect("a snapshot of this world");
+        run(&mut w, 0.2, |_, _| ());
+        run(&mut again, 0.2, |_, _| ());
+        assert_eq!(bits(&w), bits(&again));
     }
 }
 

@@ -10,6 +10,7 @@ in_plane_and_space!(
     a_thousand_elastic_bounces_keep_energy_and_height,
     a_sliding_block_stops_at_the_closed_form_in_steps_of_a_tenth,
     a_sliding_ball_rolls_from_the_very_moment,
+    a_rolling_ball_that_is_pushed_slides_and_rolls_again,
     a_block_on_a_steep_floor_stays_where_it_is,
     a_block_on_a_steeper_floor_slides_by_the_closed_form,
     a_stack_of_ten_stands_and_carries_exactly,
@@ -284,6 +285,26 @@ pub fn bodies_that_collide_with_friction_keep_their_momenta<S: Dimension>() {
     at_most((w.momenta().angular - before.angular).norm() / scale, 1e-12, "C31 angular momentum [1]");
     at_most(w.ledger().closure.abs() / energy, 1e-12, "C31 closure [1]");
     assert!(w.energy().total() < energy, "friction and impacts take energy");
+}
+
+/// A contact that has stuck for long is held to the slip that a push gives it, be that more than friction stops in a step
+/// or less.
+pub fn a_rolling_ball_that_is_pushed_slides_and_rolls_again<S: Dimension>() {
+    for push in [1.0, 0.1, 1e-4] {
+        let (mu, k) = (0.2, S::ROUNDNESS);
+        let mut w = world::<S>(events(0.1));
+        add_floor(&mut w, mu, 0.0);
+        let ball = BodySpec::dense(S::ball(0.1), 1000.0).at(S::at(0.0, 0.1)).moving(S::at(2.0, 0.0));
+        add(&mut w, "ball", ball.spinning(S::turn(-20.0)).friction(mu));
+        settle(&mut w, 1.0);
+        w.motion_mut().velocity[1] += S::at(push, 0.0);
+        settle(&mut w, 1.0);
+        let (rolling, moment) = (2.0 + push / (1.0 + k), k * push / ((1.0 + k) * mu * G));
+        let place = 2.0 + (2.0 + push) * moment - 0.5 * mu * G * moment * moment + rolling * (1.0 - moment);
+        close(speed(&w, 1), rolling, 1e-10, "rolling speed after it [m/s]");
+        close(S::along(w.bodies().motion.position[1]), place, 1e-10, "place after it [m]");
+        close(-S::rate(w.bodies().motion.angular_velocity[1]) * 0.1, rolling, 1e-10, "rolls [m/s]");
+    }
 }
 
 /// Case C18: the moment at which a ball laid on a belt rolls with it is that at which its slip is used up.

@@ -2,6 +2,7 @@
 //! snapshot can see it. Stored as forces in world axes, so that a turned frame or another step length
 //! starts from the same force.
 
+use crate::stepping::events::memory::Memory;
 use carom_math::{Column, Space};
 use carom_solver::{ContactProblem, Impulse, Impulses};
 use serde::{Deserialize, Serialize};
@@ -21,9 +22,9 @@ pub struct WarmStart<S: Space> {
     /// What the last step left of each joint.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: crate::joint::Memory,
-    /// Contacts that held through the last flow of a scheme with events, ascending.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pressed: Vec<u64>,
+    /// What the last flows of a scheme with events tell of their contacts.
+    #[serde(flatten)]
+    pub contacts: Memory,
     /// Forces of patches of contact after a soft step, in the order of their pairs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub patches: Vec<crate::stepping::soft_step::PatchForce>,
@@ -51,21 +52,22 @@ impl<S: Space> WarmStart<S> {
         self.rows.clear();
         self.rows.extend(problem.rows.iter().zip(&impulses.rows).map(|(r, l)| (r.id, l / dt)));
         self.rows.sort_by_key(|r| r.0);
+        self.patches.clear();
     }
     /// Forgets all forces; what is remembered of joints stays.
     pub(crate) fn clear(&mut self) {
         self.forces.clear();
         self.moments.clear();
         self.rows.clear();
-        self.pressed.clear();
+        self.contacts = Memory::default();
         self.patches.clear();
     }
-    /// Adds another group's forces and pressed contacts; `sort` them when all are in.
-    pub(crate) fn take_over(&mut self, other: WarmStart<S>, pressed: Vec<u64>) {
+    /// Adds another group's forces, and what it tells of its contacts; `sort` them when all are in.
+    pub(crate) fn take_over(&mut self, other: WarmStart<S>, memory: Memory) {
         self.forces.extend(other.forces);
         self.moments.extend(other.moments);
         self.rows.extend(other.rows);
-        self.pressed.extend(pressed);
+        self.contacts.take_over(memory);
     }
     /// Puts all lists in order.
     pub(crate) fn sort(&mut self) {
@@ -75,8 +77,7 @@ impl<S: Space> WarmStart<S> {
         self.moments.dedup_by_key(|m| m.0);
         self.rows.sort_by_key(|r| r.0);
         self.rows.dedup_by_key(|r| r.0);
-        self.pressed.sort_unstable();
-        self.pressed.dedup();
+        self.contacts.sort();
     }
     /// Fills in the impulses of contacts and rows that were there in the last step.
     pub fn load(&self, problem: &ContactProblem<S>, dt: f64, impulses: &mut Impulses<S>) {

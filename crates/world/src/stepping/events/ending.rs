@@ -83,7 +83,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             joints: at.joints,
             worst,
             forces: None,
-            pressed: at.pressed,
+            memory: at.memory,
             last: at.last,
             events: 0,
             stops: 0,

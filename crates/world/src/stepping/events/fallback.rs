@@ -2,6 +2,7 @@
 //! is, then one flow in which every pair within reach holds n.ubar >= -gap / tau. It takes energy and never gives;
 //! the ledger has a line for it.
 
+use super::memory::Memory;
 use super::push::Push;
 use super::together::{Halt, Together, Tools};
 use crate::narrow_phase::Touch;
@@ -48,7 +49,7 @@ impl<S: Geometry> Together<'_, S> {
         }
         self.ledger.integrator += potential;
         self.turn(time);
-        self.pressed = Some(Vec::new());
+        self.memory = Some(Memory::default());
         self.events.fallbacks += 1;
         Ok(())
     }

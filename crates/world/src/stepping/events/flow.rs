@@ -6,6 +6,7 @@
 
 use super::contacts::Active;
 use super::limits::Limits;
+use super::memory::Memory;
 use super::rounds::Rounds;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
@@ -51,6 +52,7 @@ impl<S: Geometry> Together<'_, S> {
 
     /// Brings the set to the flow's end, books and remembers it; gives back its contacts.
     pub fn end_rounds(&mut self, rounds: Rounds<S>) -> Result<Active<S>, Halt> {
+        let memory = self.recall(&rounds);
         let Rounds { time, active, start, approaches, before, after, touches, .. } = rounds;
         let Rounds { mut last, held, jointed, mut clusters, .. } = rounds;
         if let Some(report) = clusters.report(touches.len()) {
@@ -67,11 +69,12 @@ impl<S: Geometry> Together<'_, S> {
         self.moved += time;
         let mut new = active.fresh.clone();
         for (c, u) in last.problem.contacts.iter().zip(approaches) {
-            if flips(u, c.relative_velocity(&before).0, self.limits) {
+            // where a body turns back on a curved way nothing turns, for a moment
+            if u.abs() > self.turned(c.id) && flips(u, c.relative_velocity(&before).0, self.limits) {
                 new.push(c.id);
             }
         }
-        self.remember(last, &new);
+        self.remember(last, &new, memory);
         Ok(active)
     }
 
@@ -198,11 +201,12 @@ impl<S: Geometry> Together<'_, S> {
         account.angular_momentum.integrator += S::moment(went, mean * mass) + S::moment(off, change * mass);
     }
 
-    /// Keeps the flow's forces and who pressed.
-    fn remember(&mut self, last: LastFlow<S>, fresh: &[u64]) {
+    /// Keeps the flow's forces, and what it tells of its contacts.
+    fn remember(&mut self, last: LastFlow<S>, fresh: &[u64], memory: Memory) {
         let mut forces = self.forces.take().unwrap_or_default();
         forces.store(&last.problem, &last.impulses, last.time);
-        self.pressed = Some(forces.forces.iter().map(|f| f.0).filter(|id| !fresh.contains(id)).collect());
+        let pressed = forces.forces.iter().map(|f| f.0).filter(|id| !fresh.contains(id)).collect();
+        self.memory = Some(Memory { pressed, ..memory });
         self.forces = Some(forces);
         self.last = last;
     }

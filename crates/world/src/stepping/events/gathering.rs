@@ -2,6 +2,7 @@
 //! touch them there.
 
 use super::arrival::Way;
+use super::memory::Memory;
 use super::timeline::{NONE, Timeline, state};
 use super::together::{Halt, LastFlow, Together};
 use crate::observe::accounts::Accounts;
@@ -15,8 +16,8 @@ use carom_math::Rotation;
 /// What islands that meet bring along.
 pub(super) struct Met<S: Geometry> {
     pub movers: Vec<usize>,
-    /// Who pressed in their last flows, and the forces then; `None` where none has had one.
-    pub memory: Option<(Vec<u64>, WarmStart<S>)>,
+    /// What their last flows tell of their contacts, and the forces then; `None` where none has had one.
+    pub memory: Option<(Memory, WarmStart<S>)>,
     pub events: usize,
     pub stops: usize,
 }
@@ -106,7 +107,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             events: Events::default(),
             log: EventLog::default(),
             struck: ImpactReport::default(),
-            pressed: None,
+            memory: None,
             due: None,
             warm: common.warm,
             forces: None,
@@ -124,14 +125,14 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             island.members.iter().copied().filter(|&i| self.bodies.is_dynamic(i)).collect();
         let mut at = self.gather(&movers, island.begin);
         at.bodies.motion.copy_from(&island.start);
-        at.pressed.clone_from(&island.before);
+        at.memory.clone_from(&island.before);
         let done = if moment >= island.until {
             at.bodies.motion.copy_from(&island.end);
             at.ledger = island.ledger;
             at.accounts.clone_from(&island.accounts);
             at.joints.clone_from(&island.joints);
             at.worst[0].clone_from(&island.worst);
-            at.pressed.clone_from(&island.pressed);
+            at.memory.clone_from(&island.memory);
             at.forces.clone_from(&island.forces);
             at.last = island.last.clone();
             Ok(())
@@ -174,10 +175,10 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             self.events.slip_stops += stopped;
             met.events = met.events.max(island.events + 1);
             met.stops = met.stops.max(island.stops + stopped);
-            if let Some(mine) = at.pressed {
-                let (pressed, forces) = met.memory.get_or_insert_with(Default::default);
-                pressed.extend(mine);
-                forces.take_over(at.forces.unwrap_or_default(), Vec::new());
+            if let Some(mine) = at.memory {
+                let (memory, forces) = met.memory.get_or_insert_with(Default::default);
+                memory.take_over(mine);
+                forces.take_over(at.forces.unwrap_or_default(), Memory::default());
             }
             let movers: Vec<usize> = at.members.into_iter().filter(|&i| self.bodies.is_dynamic(i)).collect();
             for &i in &movers {
@@ -192,9 +193,8 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         if let Some(tape) = &mut self.tools.tape {
             tape.met(&met.movers);
         }
-        if let Some((pressed, forces)) = &mut met.memory {
-            pressed.sort_unstable();
-            pressed.dedup();
+        if let Some((memory, forces)) = &mut met.memory {
+            memory.sort();
             forces.sort();
         }
         Ok(met)

@@ -18,6 +18,7 @@ mod gathering;
 mod joints;
 mod limits;
 mod meeting;
+pub(crate) mod memory;
 mod overlap;
 mod push;
 mod quiet;
@@ -236,7 +237,7 @@ impl<S: Geometry> EventsScheme<S> {
         [report.contact_solve, report.impact_solve] = done.worst;
         for island in done.islands.into_iter().flatten() {
             report.events.islands += island.islands;
-            warm.take_over(island.forces.unwrap_or_default(), island.pressed.unwrap_or_default());
+            warm.take_over(island.forces.unwrap_or_default(), island.memory.unwrap_or_default());
             merge(&mut self.problem, &mut self.impulses, &mut self.touches, &island.last, &island.members);
         }
         warm.sort();

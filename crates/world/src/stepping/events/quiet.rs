@@ -86,7 +86,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         let mut active = at.persisting(&touches);
         active.expect(coming, dt);
         at.forget();
-        let (before, start) = (at.pressed.clone(), at.save());
+        let (before, start) = (at.memory.clone(), at.save());
         if longest_flow(&at) < dt {
             return self.lay_out_each(&at, &active, 0.0, 0, 0);
         }
@@ -140,7 +140,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         for movers in &split(at, active) {
             let world: Vec<usize> = movers.iter().map(|&k| at.members[k]).collect();
             let mut part = self.gather(&world, moment);
-            part.pressed.clone_from(&at.pressed);
+            part.memory.clone_from(&at.memory);
             part.forces.clone_from(&at.forces);
             let mine = active.of(&at.members, &part.members);
             self.flow(part, mine, moment, events, stops)?;
@@ -159,7 +159,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         let movers: Vec<usize> =
             island.members.iter().copied().filter(|&i| self.bodies.is_dynamic(i)).collect();
         let mut at = self.gather(&movers, island.begin);
-        at.pressed.clone_from(&island.before);
+        at.memory.clone_from(&island.before);
         self.lay_out_each(&at, &island.active, island.begin, island.events, island.stops)?;
         self.foresee_all(&movers, island.begin, None);
         Ok(())

@@ -5,15 +5,15 @@
 use super::contacts::Active;
 use super::flow::Stick;
 use super::together::{Halt, Saved, Together, Tools};
-use crate::bodies::Bodies;
+use crate::bodies::Motion;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
 use carom_math::Column;
 
 /// Slips below this are none \[m/s\].
-const NO_SLIP: f64 = 1e-9;
+pub(super) const NO_SLIP: f64 = 1e-9;
 /// Share of a slip that counts as its stop \[1\].
-const STOPPED: f64 = 1e-9;
+pub(super) const STOPPED: f64 = 1e-9;
 /// First trial flow over the flow's length \[1\], and the factor from each to the next.
 const TRIAL: f64 = 0.1;
 /// Trial flows, each a tenth of the one before, until no contact stops within one.
@@ -29,8 +29,7 @@ struct Slip<S: Geometry> {
 }
 
 /// Velocity of a's point over b's, along the surface, world axes.
-fn slip_of<S: Geometry>(bodies: &Bodies<S>, t: &Touch<S>) -> S::Vector {
-    let m = &bodies.motion;
+pub(super) fn slip_of<S: Geometry>(m: &Motion<S>, t: &Touch<S>) -> S::Vector {
     let at = |i: usize| m.twist(i).at(t.point - m.position[i]);
     let relative = at(t.a) - at(t.b);
     relative - t.normal * t.normal.dot(relative)
@@ -73,9 +72,9 @@ impl<S: Geometry> Together<'_, S> {
     fn slips(&self, active: &Active<S>) -> Vec<Slip<S>> {
         let all = active.touches.iter().enumerate().filter(|(_, t)| t.friction > 0.0);
         all.filter_map(|(contact, t)| {
-            let slip = slip_of(&self.bodies, t);
+            let slip = slip_of(&self.bodies.motion, t);
             let speed = slip.norm();
-            (speed > NO_SLIP).then(|| Slip { contact, speed, direction: slip * (1.0 / speed) })
+            (speed > self.no_slip(t.id)).then(|| Slip { contact, speed, direction: slip * (1.0 / speed) })
         })
         .collect()
     }

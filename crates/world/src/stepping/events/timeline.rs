@@ -8,6 +8,7 @@ use super::candidates::Candidates;
 use super::contacts::Active;
 use super::flow::Stick;
 use super::limits::Limits;
+use super::memory::Memory;
 use super::tape::{Cause, Gap};
 use super::together::{Halt, LastFlow, Saved, Together, Tools};
 use crate::bodies::{Bodies, Motion};
@@ -46,7 +47,7 @@ pub struct Common<'a, S: Geometry> {
     pub origin: Motion<S>,
     /// How far surfaces may come \[m\].
     pub reaches: Vec<f64>,
-    /// Forces and pressed contacts of the step before.
+    /// Forces of the step before, and what it tells of its contacts.
     pub warm: &'a WarmStart<S>,
     /// Pairs that may meet.
     pub candidates: &'a Candidates<S>,
@@ -67,7 +68,7 @@ pub struct Island<S: Geometry> {
     pub end: Motion<S>,
     pub(super) active: Active<S>,
     pub(super) stick: Stick,
-    pub(super) before: Option<Vec<u64>>,
+    pub(super) before: Option<Memory>,
     /// Lines of the flow.
     pub(super) ledger: Ledger,
     pub(super) accounts: Accounts<S>,
@@ -76,8 +77,8 @@ pub struct Island<S: Geometry> {
     pub(super) worst: Option<SolveReport>,
     /// Forces of the flow.
     pub forces: Option<WarmStart<S>>,
-    /// Contacts that pressed in it.
-    pub pressed: Option<Vec<u64>>,
+    /// What it tells of its contacts.
+    pub memory: Option<Memory>,
     /// Its problem and impulses.
     pub last: LastFlow<S>,
     /// Events of its bodies so far, and stops of slips among them.
@@ -97,8 +98,8 @@ pub(super) struct Course {
     pub time: f64,
     pub until: f64,
     pub stick: Stick,
-    /// Who pressed before.
-    pub before: Option<Vec<u64>>,
+    /// What the flow before told of its contacts.
+    pub before: Option<Memory>,
     pub events: usize,
     pub stops: usize,
     pub stopping: bool,
@@ -286,7 +287,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         let mut time = rest.min(longest_flow(&at));
         let at_once = self.common.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
         let stick = if stops < limits.slip_stops && !at_once { Stick::Mean } else { Stick::End };
-        let before = at.pressed.clone();
+        let before = at.memory.clone();
         let start = at.save();
         let is_over = rest <= OVER * limits.dt;
         if !is_over {
@@ -352,7 +353,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             joints: at.joints,
             worst,
             forces: at.forces,
-            pressed: at.pressed,
+            memory: at.memory,
             last: at.last,
             events,
             stops,
@@ -410,8 +411,8 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         }
         let mut at = self.gather(&met.movers, moment);
         at.due = due;
-        if let Some((pressed, forces)) = met.memory {
-            (at.pressed, at.forces) = (Some(pressed), Some(forces));
+        if let Some((memory, forces)) = met.memory {
+            (at.memory, at.forces) = (Some(memory), Some(forces));
         }
         let impacts = self.events.impacts;
         self.lay_out(at, moment, met.events, met.stops)?;

@@ -5,6 +5,7 @@ use super::aim::Aiming;
 use super::arrival::Arrivals;
 use super::flow::Stick;
 use super::limits::Limits;
+use super::memory::Memory;
 use super::tape::Tape;
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
@@ -58,12 +59,11 @@ pub struct Together<'a, S: Geometry> {
     pub log: EventLog<S>,
     /// What their impacts came to.
     pub struck: ImpactReport,
-    /// Contacts that pressed in the last flow, by name, ascending; `None` before the step's first, where those of the
-    /// step before count.
-    pub pressed: Option<Vec<u64>>,
+    /// What the last flow tells of its contacts; `None` before the step's first, where the step before counts.
+    pub memory: Option<Memory>,
     /// The pair whose arrival is due (indices in the world): it has arrived wherever rounding put it.
     pub due: Option<(usize, usize)>,
-    /// Forces and pressed contacts of the step before.
+    /// Forces of the step before, and what it tells of its contacts.
     pub warm: &'a WarmStart<S>,
     /// Forces of the last flow, once there was one.
     pub forces: Option<WarmStart<S>>,
@@ -124,7 +124,7 @@ pub struct Saved<S: Geometry> {
     ledger: Ledger,
     accounts: Accounts<S>,
     joints: Vec<JointImpulse<S>>,
-    pressed: Option<Vec<u64>>,
+    memory: Option<Memory>,
     worst: Option<SolveReport>,
 }
 
@@ -180,17 +180,12 @@ impl<S: Geometry> Together<'_, S> {
         out
     }
 
-    /// True for a contact that pressed in the last flow.
-    pub fn has_pressed(&self, id: u64) -> bool {
-        self.pressed.as_ref().unwrap_or(&self.warm.pressed).binary_search(&id).is_ok()
-    }
-
     /// Keeps what a trial flow changes.
     pub fn save(&self) -> Saved<S> {
-        let (motion, pressed) = (self.bodies.motion.clone(), self.pressed.clone());
+        let (motion, memory) = (self.bodies.motion.clone(), self.memory.clone());
         let (accounts, joints) = (self.accounts.clone(), self.joints.clone());
         let (moved, worst) = (self.moved, self.worst[0].clone());
-        Saved { motion, moved, ledger: self.ledger, accounts, joints, pressed, worst }
+        Saved { motion, moved, ledger: self.ledger, accounts, joints, memory, worst }
     }
 
     /// Takes a trial flow back, its lines in the ledger and its solves included.
@@ -200,7 +195,7 @@ impl<S: Geometry> Together<'_, S> {
         self.ledger = saved.ledger;
         self.accounts.clone_from(&saved.accounts);
         self.joints.clone_from(&saved.joints);
-        self.pressed.clone_from(&saved.pressed);
+        self.memory.clone_from(&saved.memory);
         self.worst[0].clone_from(&saved.worst);
     }
 
