@@ -2,14 +2,17 @@
 //! Stands on a geometry library that nothing outside this crate names; knows no bodies and no solver.
 
 mod balls;
+mod boxes;
 pub mod broad_phase;
 mod check;
 mod clip;
 pub mod collider;
 mod core_planar;
 mod core_spatial;
+mod crossing;
 mod curved;
 pub mod decompose;
+mod few;
 pub mod geometry;
 mod gjk;
 pub mod hull;
