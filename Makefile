@@ -7,7 +7,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test laws check bench simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean
+.PHONY: help demo test laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings and plots to out/"
@@ -15,6 +15,7 @@ help:
 	@echo "make laws    long laws: cases and benchmarks for their whole time, half an hour or more"
 	@echo "make check   formatting, lints as errors, types"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
+	@echo "make bench-collide    what finding contacts costs, phase by phase"
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
 	@echo "make heaps   boxes and hulls in a bin, 1000 bodies poured, a Kapla tower for 600 s: energy, overlap, books, cost; long"
 	@echo "make bench-contact    contact solvers beside Siconos and Pinocchio on public problems, as ratios"
@@ -74,6 +75,11 @@ check: $(VENV)/tools
 
 bench:
 	$(CARGO) run --release --locked --manifest-path crates/bench/Cargo.toml --
+
+# a minute: pairs of shapes beside the library; scenes that stand still, processor time of bounds, pairs, contact points, touches
+bench-collide:
+	$(CARGO) bench --quiet --locked --package carom-geometry --bench pairs
+	$(CARGO) run --quiet --release --locked --package carom-scenes --bin collide
 
 # rolling, bouncing, cubes of balls: minutes; STEPS=1e-4,1e-3 asks for other step lengths, TASKS=666,bouncing for some
 # tasks alone, SCHEMES=events,events_within_the_step,fixed_step for some ways. It ends with 1 when a run with events misses a demand, and writes its results all the same.

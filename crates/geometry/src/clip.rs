@@ -2,33 +2,39 @@
 //! by the features that meet in it: a corner of one face inside the other, or the crossing of two edges. The
 //! labels do not depend on which face is cut by which. Knows no bodies.
 
-use crate::kernel::{Label, NONE};
-use carom_math::{Column, Vec3};
+use crate::few::Few;
+use crate::kernel::{Label, NONE, Ring};
+use carom_math::{Column, Spatial, Vec3};
 
 /// A flat feature of a core in a common frame: corners, counter-clockwise seen from outside, with names, and
 /// the outward normal when there are at least three.
 #[derive(Clone, Debug, Default)]
 pub struct Patch {
     /// Corners \[m\] and their names.
-    pub ring: Vec<(Vec3, u32)>,
+    pub ring: Ring<Spatial>,
     /// Outward unit normal of the plane.
     pub plane: Option<Vec3>,
 }
 
-/// An edge of the patch that is cut (`own`) or of the one that cuts.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// An edge of the patch that is cut (`own`) or of the one that cuts: it runs from corner `start` of its ring.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Side {
     own: bool,
-    ends: [u32; 2],
+    start: u16,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Corner {
     point: Vec3,
+    /// Height over the side that cuts at the moment \[m\].
+    height: f64,
     /// Edge before and edge after the corner.
     before: Side,
     after: Side,
 }
+
+/// Corners of what is left of a face.
+type Corners = Few<Corner, 8>;
 
 /// A corner of the overlap: the point on the patch that was cut, and the features that meet, the cut patch
 /// standing for `a` of the label.
@@ -41,73 +47,82 @@ pub struct Meeting {
 }
 
 /// Cuts `cut` (one to many corners) by the sides of `knife` (three or more), as seen along the knife's outward
-/// direction `outward`. Corners within `slack` \[m\] of a side count as inside.
-pub fn overlap(cut: &Patch, knife: &Patch, outward: Vec3, slack: f64) -> Vec<Meeting> {
-    let (own, other) = (&cut.ring, &knife.ring);
-    let n = own.len();
-    let side = |k: usize| Side { own: true, ends: [own[k % n].1, own[(k + 1) % n].1] };
-    let mut corners: Vec<Corner> =
-        (0..n).map(|k| Corner { point: own[k].0, before: side(k + n - 1), after: side(k) }).collect();
-    let mut next = Vec::with_capacity(corners.len() + 4);
+/// direction `outward`, and tells the corners of what is left. Corners within `slack` \[m\] of a side count as inside.
+pub fn overlap(cut: &Patch, knife: &Patch, outward: Vec3, slack: f64, mut tell: impl FnMut(Meeting)) {
+    let (own, other): (&[_], &[_]) = (&cut.ring, &knife.ring);
+    let (mut one, mut another) = (Corners::default(), Corners::default());
+    let (mut corners, mut next) = (&mut one, &mut another);
+    let side = |k: usize| Side { own: true, start: k as u16 };
+    let mut before = side(own.len() - 1);
+    for (k, &(point, _)) in own.iter().enumerate() {
+        corners.push(Corner { point, height: 0.0, before, after: side(k) });
+        before = side(k);
+    }
     for k in 0..other.len() {
-        let (start, end) = (other[k], other[(k + 1) % other.len()]);
-        let Some(away) = (end.0 - start.0).cross(outward).normalized() else { continue };
-        let knife_side = Side { own: false, ends: [start.1, end.1] };
-        let height = |c: &Corner| away.dot(c.point - start.0);
-        next.clear();
-        cut_by(&corners, knife_side, &height, slack, &mut next);
-        std::mem::swap(&mut corners, &mut next);
-        if corners.is_empty() {
-            break;
+        let (start, end) = (other[k].0, other[following(k, other)].0);
+        let Some(away) = (end - start).cross(outward).normalized() else { continue };
+        let (mut inside, mut outside) = (false, false);
+        for c in corners.iter_mut() {
+            c.height = away.dot(c.point - start);
+            inside |= c.height <= slack;
+            outside |= c.height > slack;
+        }
+        if !inside {
+            return;
+        }
+        if outside {
+            next.clear();
+            cut_by(corners, Side { own: false, start: k as u16 }, slack, next);
+            std::mem::swap(&mut corners, &mut next);
         }
     }
-    corners.iter().map(|c| Meeting { point: c.point, label: label(c) }).collect()
+    for c in corners.iter() {
+        tell(Meeting { point: c.point, label: label(c, own, other) });
+    }
+}
+
+/// Index of the next corner of a ring.
+#[inline]
+fn following<T>(k: usize, ring: &[T]) -> usize {
+    if k + 1 < ring.len() { k + 1 } else { 0 }
 }
 
 /// One cut: keeps corners whose height over the side is at most `slack`.
-fn cut_by(
-    corners: &[Corner],
-    side: Side,
-    height: &dyn Fn(&Corner) -> f64,
-    slack: f64,
-    out: &mut Vec<Corner>,
-) {
-    let n = corners.len();
-    if n == 1 {
-        out.extend(corners.iter().filter(|c| height(c) <= slack));
-        return;
-    }
-    for k in 0..n {
-        let (p, q) = (corners[k], corners[(k + 1) % n]);
-        let (hp, hq) = (height(&p), height(&q));
+fn cut_by(corners: &[Corner], side: Side, slack: f64, out: &mut Corners) {
+    for (k, p) in corners.iter().enumerate() {
+        let q = &corners[following(k, corners)];
+        let (hp, hq) = (p.height, q.height);
         if hp <= slack {
-            out.push(p);
+            out.push(*p);
         }
         // a segment is a ring that runs there and back: its way back cuts nothing new
-        if (hp <= slack) == (hq <= slack) || (n == 2 && k == 1) {
+        if (hp <= slack) == (hq <= slack) || (corners.len() == 2 && k == 1) {
             continue;
         }
         // two corners within the slack on either side of it would meet the side's line far beyond both
         let point = p.point + (q.point - p.point) * (hp / (hp - hq)).clamp(0.0, 1.0);
         let leaving = hp <= slack;
         let (before, after) = if leaving { (p.after, side) } else { (side, p.after) };
-        out.push(Corner { point, before, after });
+        out.push(Corner { point, height: 0.0, before, after });
     }
 }
 
-fn label(corner: &Corner) -> Label {
+fn label(corner: &Corner, own: &[(Vec3, u32)], other: &[(Vec3, u32)]) -> Label {
     let (p, q) = (corner.before, corner.after);
-    let shared = |p: Side, q: Side| p.ends.iter().find(|v| q.ends.contains(v)).copied();
+    let ends = |side: Side| {
+        let (ring, k) = (if side.own { own } else { other }, usize::from(side.start));
+        [ring[k].1, ring[following(k, ring)].1]
+    };
     match (p.own, q.own) {
-        (true, false) => Label { a: p.ends, b: q.ends },
-        (false, true) => Label { a: q.ends, b: p.ends },
-        (true, true) => Label { a: [own_corner(p, q, &shared), NONE], b: [NONE, NONE] },
-        (false, false) => Label { a: [NONE, NONE], b: [own_corner(p, q, &shared), NONE] },
+        (true, false) => Label { a: ends(p), b: ends(q) },
+        (false, true) => Label { a: ends(q), b: ends(p) },
+        (true, true) => Label { a: [shared(ends(p), ends(q)), NONE], b: [NONE, NONE] },
+        (false, false) => Label { a: [NONE, NONE], b: [shared(ends(p), ends(q)), NONE] },
     }
 }
 
 /// The corner between two edges of one ring. In a segment's ring both edges have both corners: the corner is
 /// where the first one ends.
-fn own_corner(p: Side, q: Side, shared: &dyn Fn(Side, Side) -> Option<u32>) -> u32 {
-    if p.ends[1] == q.ends[0] { p.ends[1] } else { shared(p, q).unwrap_or(p.ends[1]) }
+fn shared(p: [u32; 2], q: [u32; 2]) -> u32 {
+    if p[1] == q[0] { p[1] } else { p.into_iter().find(|v| q.contains(v)).unwrap_or(p[1]) }
 }

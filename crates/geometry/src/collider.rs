@@ -76,7 +76,7 @@ impl<S: Kernel> Collider<S> {
             Form::Cavity(_) => everywhere(),
             Form::Convex(core, radius) => match S::only_point(core) {
                 Some(point) => Aabb::of_point(pose.to_world(point)).grown(*radius),
-                None => reach_box(pose, |d| S::support(core, d).0).grown(*radius),
+                None => S::bounds_of(core, pose).grown(*radius),
             },
             Form::Surface(surface) => surface_bounds(surface, pose),
             Form::Compound(all) => {

@@ -3,8 +3,9 @@
 //! +height/2. Knows supports and features; no pairs.
 
 use crate::core_planar::PlanarCore;
+use crate::kernel::Ring;
 use crate::polytope::{Face, Polytope, SEGMENT_EDGE, TRIANGLE_EDGES, TRIANGLE_RINGS, View, triangle_faces};
-use carom_math::{Column, Turn, Vec3, vec2, vec3};
+use carom_math::{Column, Spatial, Turn, Vec3, vec2, vec3};
 use std::sync::Arc;
 
 /// Corners of the polygon that stands for a round rim where faces are clipped.
@@ -91,6 +92,7 @@ impl SpatialCore {
     #[inline]
     pub fn support(&self, direction: Vec3) -> (Vec3, u32) {
         match self {
+            SpatialCore::Polytope(p) => p.view().support(direction),
             SpatialCore::Round(round) => round.support(direction),
             flat => flat.view().map_or((Vec3::ZERO, 0), |v| v.support(direction)),
         }
@@ -99,7 +101,7 @@ impl SpatialCore {
     pub fn size(&self) -> f64 {
         match self {
             SpatialCore::Round(r) => (r.half * r.half + r.radius * r.radius).sqrt(),
-            SpatialCore::Polytope(p) if p.half.is_some() => p.points[0].norm(),
+            SpatialCore::Polytope(p) => p.size,
             flat => flat.view().map_or(0.0, |v| v.points.iter().fold(0.0, |m: f64, p| m.max(p.norm()))),
         }
     }
@@ -109,14 +111,14 @@ impl SpatialCore {
     }
     /// The face, edge or corner that faces a unit direction, as a ring of named points, counter-clockwise seen
     /// from outside, and the outward normal of its plane (for faces).
-    pub fn feature(&self, direction: Vec3, out: &mut Vec<(Vec3, u32)>) -> Option<Vec3> {
+    pub fn feature(&self, direction: Vec3, out: &mut Ring<Spatial>) -> Option<Vec3> {
         match self {
             SpatialCore::Round(round) => round.feature(direction, out),
             flat => flat.view().and_then(|v| flat_feature(&v, direction, out)),
         }
     }
     /// All corners, and of rims the point farthest from `from` with corners of the rim that stand off from it.
-    pub fn corners(&self, from: Vec3, out: &mut Vec<(Vec3, u32)>) {
+    pub fn corners(&self, from: Vec3, out: &mut Ring<Spatial>) {
         match self {
             SpatialCore::Round(round) => round.corners(from, out),
             flat => {
@@ -127,7 +129,7 @@ impl SpatialCore {
     }
 }
 
-fn flat_feature(view: &View, direction: Vec3, out: &mut Vec<(Vec3, u32)>) -> Option<Vec3> {
+fn flat_feature(view: &View, direction: Vec3, out: &mut Ring<Spatial>) -> Option<Vec3> {
     if let Some((face, _)) = view.face_toward(direction).filter(|f| f.1 >= FACING) {
         out.extend(view.ring(face).iter().map(|&i| (view.points[i as usize], i)));
         return Some(view.faces[face].normal);
@@ -181,7 +183,7 @@ impl Round {
         radial * (h / length) + vec3(0.0, 0.0, r / length)
     }
     /// The apex, and of each rim the farthest point from a place and the corners of its polygon that are not next to it.
-    fn corners(&self, from: Vec3, out: &mut Vec<(Vec3, u32)>) {
+    fn corners(&self, from: Vec3, out: &mut Ring<Spatial>) {
         let away = Self::radial(-from);
         for up in [false, true] {
             if up && self.apex {
@@ -197,7 +199,7 @@ impl Round {
         }
     }
     /// The rim (as a polygon with corners fixed in the body), a line of the side, or the apex.
-    fn feature(&self, direction: Vec3, out: &mut Vec<(Vec3, u32)>) -> Option<Vec3> {
+    fn feature(&self, direction: Vec3, out: &mut Ring<Spatial>) -> Option<Vec3> {
         let radial = Self::radial(direction);
         let side = self.side_normal(radial).dot(direction);
         let up = direction[2] > 0.0 && !self.apex;

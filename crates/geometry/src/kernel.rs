@@ -5,6 +5,9 @@
 //! direction found by whatever means is judged by s alone, which supports give to rounding.
 //! Knows no bodies; the two spaces differ in how directions are found and faces are clipped.
 
+use crate::collider::reach_box;
+use crate::few::Few;
+use crate::geometry::Aabb;
 use carom_math::{Column, Pose, Rotation, Space};
 use std::fmt::Debug;
 
@@ -13,7 +16,7 @@ pub const NONE: u32 = u32::MAX;
 
 /// Which features of the two cores meet in a point: a vertex `[v, NONE]`, an edge `[u, v]` or a face
 /// `[NONE, NONE]` of each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Label {
     /// Feature of a.
     pub a: [u32; 2],
@@ -71,6 +74,18 @@ pub struct Touch<S: Space> {
     pub label: Label,
 }
 
+impl<S: Space> Default for Touch<S> {
+    fn default() -> Self {
+        let origin = S::Vector::ZERO;
+        Touch { normal: origin, gap: 0.0, on_a: origin, on_b: origin, label: Label::default() }
+    }
+}
+
+/// Corners of a feature with their names.
+pub type Ring<S> = Few<(<S as Space>::Vector, u32), 8>;
+/// Where two cores may touch.
+pub type Touches<S> = Few<Touch<S>, 8>;
+
 /// Convex cores of a space and what can be asked of them.
 pub trait Kernel: Space {
     /// A convex core in its own frame.
@@ -89,14 +104,18 @@ pub trait Kernel: Space {
     fn facet_outward(corners: &[Self::Vector], k: usize) -> Self::Vector;
     /// Farthest point along a direction of any length, and its name.
     fn support(core: &Self::Core, direction: Self::Vector) -> (Self::Vector, u32);
+    /// Box of a core at a pose.
+    fn bounds_of(core: &Self::Core, pose: &Pose<Self>) -> Aabb<Self> {
+        reach_box(pose, |d| Self::support(core, d).0)
+    }
     /// Largest distance of the core from its frame's origin \[m\].
     fn size(core: &Self::Core) -> f64;
     /// The points that a wall with this inward direction would meet first, with their names; the farthest
     /// point is among them.
-    fn feature(core: &Self::Core, direction: Self::Vector, out: &mut Vec<(Self::Vector, u32)>);
+    fn feature(core: &Self::Core, direction: Self::Vector, out: &mut Ring<Self>);
     /// The points that the inside of a ball about `from` would meet first: all corners, and the farthest points of rims,
     /// with their names.
-    fn corners(core: &Self::Core, from: Self::Vector, out: &mut Vec<(Self::Vector, u32)>);
+    fn corners(core: &Self::Core, from: Self::Vector, out: &mut Ring<Self>);
     /// The largest s(n), or `None` when it exceeds `reach` \[m\].
     fn separation(
         a: &Self::Core,
@@ -104,7 +123,8 @@ pub trait Kernel: Space {
         b_in_a: &Pose<Self>,
         reach: f64,
     ) -> Option<Separation<Self>>;
-    /// Appends where the faces of the two cores overlap as seen along `found.normal`, gaps up to `reach`.
+    /// Where the faces of the two cores overlap as seen along `found.normal`, gaps up to `reach`, in place of what
+    /// `out` held.
     /// The witnesses of `found` are added only when they are those of its normal (`witnessed`).
     fn manifold(
         a: &Self::Core,
@@ -113,7 +133,7 @@ pub trait Kernel: Space {
         found: &Separation<Self>,
         witnessed: bool,
         reach: f64,
-        out: &mut Vec<Touch<Self>>,
+        out: &mut Touches<Self>,
     );
     /// s(n) with the farthest points of both cores.
     fn along(a: &Self::Core, b: &Self::Core, b_in_a: &Pose<Self>, normal: Self::Vector) -> Separation<Self> {

@@ -2,14 +2,17 @@
 //! Stands on a geometry library that nothing outside this crate names; knows no bodies and no solver.
 
 mod balls;
+mod boxes;
 pub mod broad_phase;
 mod check;
 mod clip;
 pub mod collider;
 mod core_planar;
 mod core_spatial;
+mod crossing;
 mod curved;
 pub mod decompose;
+mod few;
 pub mod geometry;
 mod gjk;
 pub mod hull;
@@ -39,8 +42,10 @@ mod quadrature_lines;
 mod quadrature_rule;
 mod query;
 mod quickhull;
+mod rows;
 mod separate;
 pub mod shape;
+mod size_class;
 mod spatial;
 mod spread;
 mod surface;

@@ -4,9 +4,10 @@
 
 use crate::balls::{Ball, ball_on_wall, two_balls};
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
+use crate::few::Few;
 use crate::geometry::ContactPoint;
-use crate::kernel::{Kernel, Label, NONE, Separation, Touch, mix, scale};
-use crate::spread::spread;
+use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Touches, mix, scale};
+use crate::spread::{Places, spread};
 use crate::surface::Verdict;
 use crate::wall::{Facing, Wall};
 use carom_math::{Column, Pose, Rotation};
@@ -18,6 +19,9 @@ const ONE_PATCH: f64 = 1.0 - 1e-10;
 /// Points of a patch closer than this fraction of the smaller piece are one \[1\].
 const ONE_POINT: f64 = 1e-6;
 
+/// Up to so many points a pass over all is quicker than a set \[1\].
+const FEW_POINTS: usize = 32;
+
 /// The label of a face.
 const FACE: [u32; 2] = [NONE, NONE];
 /// A point this close to a seam stands on the facet, as a fraction of the scale \[1\].
@@ -28,7 +32,7 @@ const DEEPER: f64 = 10.0;
 /// Points found so far in one query.
 struct Found<'a, S: Kernel> {
     margin: f64,
-    touches: Vec<Touch<S>>,
+    touches: Touches<S>,
     out: &'a mut Vec<ContactPoint<S>>,
     /// Size of the smallest piece met \[m\].
     smallest: f64,
@@ -48,7 +52,7 @@ pub(crate) fn contacts<S: Kernel>(
         return;
     }
     let first = out.len();
-    let mut found = Found { margin, touches: Vec::with_capacity(8), out, smallest: f64::INFINITY };
+    let mut found = Found { margin, touches: Touches::<S>::default(), out, smallest: f64::INFINITY };
     let simple = |c: &Collider<S>| matches!(*c.form, Form::Convex(..) | Form::HalfSpace(_) | Form::Cavity(_));
     match (&*a.form, &*b.form) {
         (Form::Convex(core_a, radius_a), Form::Convex(core_b, radius_b)) => {
@@ -124,7 +128,6 @@ impl<S: Kernel> Found<'_, S> {
         }
         let size = |p: &Piece<S>| S::size(p.core) + p.radius;
         self.smallest = self.smallest.min(size(a)).min(size(b));
-        self.touches.clear();
         S::manifold(a.core, b.core, &place, &found, witnessed, reach, &mut self.touches);
         if !witnessed {
             // along a turned normal a facet sees depths behind it that are not its own: the neighbour's matter
@@ -166,10 +169,10 @@ impl<S: Kernel> Found<'_, S> {
     }
 
     fn piece_on_wall(&mut self, piece: &Piece<S>, wall: &Wall<S>, wall_is_a: bool) {
-        let mut lowest = Vec::with_capacity(S::PATCH + 1);
+        let mut lowest = Ring::<S>::default();
         wall.met_by(piece.core, &piece.pose, &mut lowest);
         self.smallest = self.smallest.min(S::size(piece.core) + piece.radius);
-        self.points_on_wall(lowest.into_iter(), &piece.pose, piece.radius, piece.name, wall, wall_is_a);
+        self.points_on_wall(lowest.iter().copied(), &piece.pose, piece.radius, piece.name, wall, wall_is_a);
     }
 
     /// The points of a piece that reach the wall; on a flat one spread over at most a patch.
@@ -183,8 +186,8 @@ impl<S: Kernel> Found<'_, S> {
         wall_is_a: bool,
     ) {
         let origin = wall.origin();
-        let mut places = Vec::with_capacity(S::PATCH + 1);
-        let mut others = Vec::with_capacity(S::PATCH + 1);
+        let mut places = Places::<S::Vector>::default();
+        let mut others = Few::<(u32, S::Vector, f64), 8>::default();
         for (p, vertex) in points {
             // the difference first: far from the origin it is small and the rotated point is exact
             let at = pose.rotation.rotate(p) + (pose.position - origin);
@@ -195,16 +198,18 @@ impl<S: Kernel> Found<'_, S> {
                 others.push((vertex, outward, curvature));
             }
         }
-        let kept = match wall {
-            Wall::Flat { normal, .. } if places.len() > S::PATCH => spread::<S>(&places, *normal, S::PATCH),
-            _ => (0..places.len()).collect(),
-        };
-        for i in kept {
+        let mut tell = |i: usize| {
             let ((point, gap), (vertex, outward, curvature)) = (places[i], others[i]);
             let label = Label { a: [vertex, NONE], b: [NONE, NONE] };
             let normal = if wall_is_a { -outward } else { outward };
             let feature = mix(name, label.code());
             self.out.push(ContactPoint { feature, point, normal, gap, curvature });
+        };
+        match wall {
+            Wall::Flat { normal, .. } if places.len() > S::PATCH => {
+                spread::<S>(&places, *normal, S::PATCH).iter().for_each(|&i| tell(i));
+            }
+            _ => (0..places.len()).for_each(tell),
         }
     }
 }
@@ -225,9 +230,9 @@ fn direction<S: Kernel>(
         (Some(facet), None) => facet.only_normal(&|d| along(of_a(d)).gap).map(of_a),
         _ => None,
     };
-    let slack = ONE_SIDE * scale::<S>(a.core, b.core, place);
+    let slack = || ONE_SIDE * scale::<S>(a.core, b.core, place);
     if let Some(normal) = only {
-        let (found, witnessed) = turned(a, b, place, along(normal), slack);
+        let (found, witnessed) = turned(a, b, place, along(normal), slack());
         return Some((found, witnessed, found.gap));
     }
     let found = S::separation(a.core, b.core, place, reach)?;
@@ -235,14 +240,14 @@ fn direction<S: Kernel>(
     if let Some(facet) = b.facet {
         match facet.judge(place.rotation.unrotate(found.normal), &|d| along(of_b(d)).gap) {
             Verdict::Keep => {}
-            Verdict::Turn(d) => best = turned(a, b, place, along(of_b(d)), slack),
+            Verdict::Turn(d) => best = turned(a, b, place, along(of_b(d)), slack()),
             Verdict::Drop => return None,
         }
     }
     if let Some(facet) = a.facet {
         match facet.judge(-best.0.normal, &|d| along(of_a(d)).gap) {
             Verdict::Keep => {}
-            Verdict::Turn(d) => best = turned(a, b, place, along(of_a(d)), slack),
+            Verdict::Turn(d) => best = turned(a, b, place, along(of_a(d)), slack()),
             Verdict::Drop => return None,
         }
     }
@@ -301,16 +306,24 @@ fn thin_out<S: Kernel>(out: &mut Vec<ContactPoint<S>>, first: usize, one_point: 
             }
         }
         let places: Vec<(S::Vector, f64)> = patch.iter().map(|&k| (all[k].point, all[k].gap)).collect();
-        out.extend(spread::<S>(&places, all[i].normal, S::PATCH).into_iter().map(|k| all[patch[k]]));
+        out.extend(spread::<S>(&places, all[i].normal, S::PATCH).iter().map(|&k| all[patch[k]]));
     }
 }
 
 /// Gives every point of the pair a feature of its own.
 fn make_unique<S: Kernel>(points: &mut [ContactPoint<S>]) {
-    let mut seen = BTreeSet::new();
-    for point in points {
-        while !seen.insert(point.feature) {
-            point.feature = mix(point.feature, 1);
+    if points.len() > FEW_POINTS {
+        let mut seen = BTreeSet::new();
+        for point in points {
+            while !seen.insert(point.feature) {
+                point.feature = mix(point.feature, 1);
+            }
+        }
+        return;
+    }
+    for k in 1..points.len() {
+        while points[..k].iter().any(|p| p.feature == points[k].feature) {
+            points[k].feature = mix(points[k].feature, 1);
         }
     }
 }

@@ -3,7 +3,7 @@
 //! that face each other. Knows no radii and no composite shapes.
 
 use crate::core_planar::{PlanarCore, edge_normal};
-use crate::kernel::{Kernel, Label, NONE, Separation, Touch, scale};
+use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Touch, Touches, scale};
 use carom_math::{Column, Planar, Pose, Rotation, Vec2};
 
 /// Two gaps closer than this fraction of the scale are the same to rounding \[1\].
@@ -37,10 +37,10 @@ impl Kernel for Planar {
     fn size(core: &PlanarCore) -> f64 {
         core.corners().iter().fold(0.0, |m: f64, p| m.max(p.norm_squared())).sqrt()
     }
-    fn corners(core: &PlanarCore, _from: Vec2, out: &mut Vec<(Vec2, u32)>) {
+    fn corners(core: &PlanarCore, _from: Vec2, out: &mut Ring<Planar>) {
         out.extend(core.corners().iter().zip(0..).map(|(p, k)| (*p, k)));
     }
-    fn feature(core: &PlanarCore, direction: Vec2, out: &mut Vec<(Vec2, u32)>) {
+    fn feature(core: &PlanarCore, direction: Vec2, out: &mut Ring<Planar>) {
         let corners = core.corners();
         match core.edge_toward(direction) {
             Some((i, j)) => out.extend([(corners[i], i as u32), (corners[j], j as u32)]),
@@ -74,26 +74,24 @@ impl Kernel for Planar {
         found: &Separation<Planar>,
         witnessed: bool,
         reach: f64,
-        out: &mut Vec<Touch<Planar>>,
+        out: &mut Touches<Planar>,
     ) {
-        let first = out.len();
+        out.clear();
         let scale = scale::<Planar>(a, b, b_in_a);
         facing_edges(a, b, b_in_a, found.normal, scale, out);
-        let lowest = out[first..].iter().fold(f64::INFINITY, |m, t| m.min(t.gap));
+        let lowest = out.iter().fold(f64::INFINITY, |m, t| m.min(t.gap));
         if witnessed && lowest > found.gap + 1e-12 * scale {
             let Separation { normal, gap, on_a, on_b, label } = *found;
-            if out.len() - first == 2 {
+            if out.len() == 2 {
                 // the deeper of the two ends stays beside the witness
-                let higher = if out[first].gap > out[first + 1].gap { first } else { first + 1 };
-                out.remove(higher);
+                if out[0].gap > out[1].gap {
+                    out[0] = out[1];
+                }
+                out.truncate(1);
             }
             out.push(Touch { normal, gap, on_a, on_b, label });
         }
-        let mut place = 0;
-        out.retain(|t| {
-            place += 1;
-            place <= first || t.gap <= reach
-        });
+        out.retain(|t| t.gap <= reach);
     }
 }
 
@@ -174,7 +172,7 @@ fn facing_edges(
     b_in_a: &Pose<Planar>,
     normal: Vec2,
     scale: f64,
-    out: &mut Vec<Touch<Planar>>,
+    out: &mut Touches<Planar>,
 ) {
     let tangent = normal.perp();
     let (corners_a, corners_b) = (a.corners(), b.corners());

@@ -1,12 +1,15 @@
 //! Contact of two convex cores of space: the direction comes from `separate`, the points are the corners of the
 //! overlap of the two faces that look at each other along it. Knows no radii and no composite shapes.
 
+use crate::boxes::bounds_of_box;
 use crate::clip::{Patch, overlap};
+use crate::collider::reach_box;
 use crate::core_spatial::SpatialCore;
-use crate::kernel::{Kernel, Label, NONE, Separation, Touch};
+use crate::geometry::Aabb;
+use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Touch, Touches};
 use crate::polytope::triangle_normal;
 use crate::separate::Pair;
-use crate::spread::spread;
+use crate::spread::{Places, spread};
 use carom_math::{Column, Pose, Spatial, Vec3};
 
 /// Corners this close to a side count as inside, as a fraction of the scale \[1\].
@@ -40,13 +43,20 @@ impl Kernel for Spatial {
     fn support(core: &SpatialCore, direction: Vec3) -> (Vec3, u32) {
         core.support(direction)
     }
+    fn bounds_of(core: &SpatialCore, pose: &Pose<Spatial>) -> Aabb<Spatial> {
+        let half = if let SpatialCore::Polytope(p) = core { p.half } else { None };
+        match half {
+            Some(half) => bounds_of_box(half, pose),
+            None => reach_box(pose, |d| core.support(d).0),
+        }
+    }
     fn size(core: &SpatialCore) -> f64 {
         core.size()
     }
-    fn corners(core: &SpatialCore, from: Vec3, out: &mut Vec<(Vec3, u32)>) {
+    fn corners(core: &SpatialCore, from: Vec3, out: &mut Ring<Spatial>) {
         core.corners(from, out);
     }
-    fn feature(core: &SpatialCore, direction: Vec3, out: &mut Vec<(Vec3, u32)>) {
+    fn feature(core: &SpatialCore, direction: Vec3, out: &mut Ring<Spatial>) {
         let first = out.len();
         core.feature(direction, out);
         let deepest = core.support(direction);
@@ -70,40 +80,42 @@ impl Kernel for Spatial {
         found: &Separation<Spatial>,
         witnessed: bool,
         reach: f64,
-        out: &mut Vec<Touch<Spatial>>,
+        out: &mut Touches<Spatial>,
     ) {
         let pair = Pair::new(a, b, b_in_a);
-        let mut touches = Vec::with_capacity(8);
+        out.clear();
         match (a, b) {
             (SpatialCore::Point(_), SpatialCore::Point(_)) => {}
             (SpatialCore::Segment(p), SpatialCore::Segment(q)) => {
-                alongside(*p, q.map(|x| pair.point_in_a(x)), found.normal, &mut touches);
-                drop_twins(&mut touches, SAME_SIDE * pair.scale);
+                alongside(*p, q.map(|x| pair.point_in_a(x)), found.normal, out);
+                drop_twins(out, SAME_SIDE * pair.scale);
             }
-            _ => facing_patches(&pair, found.normal, &mut touches),
+            _ => facing_patches(&pair, found.normal, out),
         }
-        for t in &mut touches {
+        for t in out.iter_mut() {
             // nothing is deeper than the farthest points: less comes from corners let in by the slack
             let lift = (found.gap - t.gap).max(0.0);
             (t.gap, t.on_a) = (t.gap + lift, t.on_a + t.normal * lift);
         }
         if witnessed {
-            deepest_is_found(&mut touches, found, pair.scale);
+            deepest_is_found(out, found, pair.scale);
         }
-        touches.retain(|t| t.gap <= reach);
-        if touches.len() > Spatial::PATCH {
-            let places: Vec<(Vec3, f64)> = touches.iter().map(|t| ((t.on_a + t.on_b) * 0.5, t.gap)).collect();
+        out.retain(|t| t.gap <= reach);
+        if out.len() > Spatial::PATCH {
+            let mut places = Places::<Vec3>::default();
+            places.extend(out.iter().map(|t| ((t.on_a + t.on_b) * 0.5, t.gap)));
             let kept = spread::<Spatial>(&places, found.normal, Spatial::PATCH);
-            out.extend(kept.iter().map(|&i| touches[i]));
-        } else {
-            out.extend(touches);
+            for (k, &i) in kept.iter().enumerate() {
+                out[k] = out[i];
+            }
+            out.truncate(kept.len());
         }
     }
 }
 
 /// Makes the deepest touch as deep as the separation found: the lowest one where only rounding is missing, else
 /// the witnesses, in place of a touch that stands where they do.
-fn deepest_is_found(touches: &mut Vec<Touch<Spatial>>, found: &Separation<Spatial>, scale: f64) {
+fn deepest_is_found(touches: &mut Touches<Spatial>, found: &Separation<Spatial>, scale: f64) {
     let Separation { normal, gap, on_a, on_b, label } = *found;
     let witness = Touch { normal, gap, on_a, on_b, label };
     match touches.iter_mut().reduce(|best, t| if t.gap < best.gap { t } else { best }) {
@@ -119,7 +131,7 @@ fn deepest_is_found(touches: &mut Vec<Touch<Spatial>>, found: &Separation<Spatia
 }
 
 /// The faces, edges or corners of the two cores that look at each other along a normal, and their overlap.
-fn facing_patches(pair: &Pair, normal: Vec3, out: &mut Vec<Touch<Spatial>>) {
+fn facing_patches(pair: &Pair, normal: Vec3, out: &mut Touches<Spatial>) {
     let (mut of_a, mut of_b) = (Patch::default(), Patch::default());
     of_a.plane = pair.a.feature(-normal, &mut of_a.ring);
     of_b.plane = pair.b.feature(pair.to_frame_b(normal), &mut of_b.ring).map(|m| pair.to_frame_a(m));
@@ -134,23 +146,18 @@ fn facing_patches(pair: &Pair, normal: Vec3, out: &mut Vec<Touch<Spatial>>) {
     match (of_a.plane, of_b.plane) {
         (None, None) => crossing_edges(&of_a, &of_b, normal, slack, out),
         (Some(plane), _) if lean_a >= lean_b - 1e-4 || of_b.plane.is_none() => {
-            for m in overlap(&of_b, &of_a, -normal, slack) {
+            overlap(&of_b, &of_a, -normal, slack, |m| {
                 let on_a = m.point + normal * (plane.dot(of_a.ring[0].0 - m.point) / plane.dot(normal));
                 let label = Label { a: m.label.b, b: m.label.a };
                 out.push(Touch { normal, gap: normal.dot(on_a - m.point), on_a, on_b: m.point, label });
-            }
+            });
         }
         (_, Some(plane)) => {
-            for m in overlap(&of_a, &of_b, normal, slack) {
+            overlap(&of_a, &of_b, normal, slack, |m| {
                 let on_b = m.point + normal * (plane.dot(of_b.ring[0].0 - m.point) / plane.dot(normal));
-                out.push(Touch {
-                    normal,
-                    gap: normal.dot(m.point - on_b),
-                    on_a: m.point,
-                    on_b,
-                    label: m.label,
-                });
-            }
+                let gap = normal.dot(m.point - on_b);
+                out.push(Touch { normal, gap, on_a: m.point, on_b, label: m.label });
+            });
         }
         (Some(_), None) => {}
     }
@@ -158,19 +165,20 @@ fn facing_patches(pair: &Pair, normal: Vec3, out: &mut Vec<Touch<Spatial>>) {
 }
 
 /// Removes meetings that stand on an earlier one.
-fn drop_twins(out: &mut Vec<Touch<Spatial>>, slack: f64) {
-    let mut kept: Vec<Vec3> = Vec::with_capacity(out.len());
-    out.retain(|t| {
-        let twin = kept.iter().any(|p| (*p - t.on_b).norm() <= slack);
-        if !twin {
-            kept.push(t.on_b);
+fn drop_twins(out: &mut Touches<Spatial>, slack: f64) {
+    let mut kept = 0;
+    for k in 0..out.len() {
+        let touch = out[k];
+        if out[..kept].iter().all(|t| (t.on_b - touch.on_b).norm() > slack) {
+            out[kept] = touch;
+            kept += 1;
         }
-        !twin
-    });
+    }
+    out.truncate(kept);
 }
 
 /// Two straight edges as seen along a normal: one point where they cross, two where they run side by side.
-fn crossing_edges(of_a: &Patch, of_b: &Patch, normal: Vec3, slack: f64, out: &mut Vec<Touch<Spatial>>) {
+fn crossing_edges(of_a: &Patch, of_b: &Patch, normal: Vec3, slack: f64, out: &mut Touches<Spatial>) {
     let [(p, i), (q, j)] = [of_a.ring[0], of_a.ring[1]];
     let [(r, k), (s, l)] = [of_b.ring[0], of_b.ring[1]];
     let (u, v) = (q - p, s - r);
@@ -210,7 +218,7 @@ fn crossing_edges(of_a: &Patch, of_b: &Patch, normal: Vec3, slack: f64, out: &mu
 
 /// Two segments nearly side by side: at each end of their overlap the nearest points, with a normal of their
 /// own, because the surfaces that sweep them are round.
-fn alongside(a: [Vec3; 2], b: [Vec3; 2], normal: Vec3, out: &mut Vec<Touch<Spatial>>) {
+fn alongside(a: [Vec3; 2], b: [Vec3; 2], normal: Vec3, out: &mut Touches<Spatial>) {
     let (u, v) = (a[1] - a[0], b[1] - b[0]);
     if u.cross(v).norm() > ALONGSIDE * u.norm() * v.norm() {
         return;

@@ -35,6 +35,8 @@ pub struct Polytope {
     pub arcs: Vec<[Vec3; 2]>,
     /// A point inside \[m\].
     pub center: Vec3,
+    /// Largest distance of a corner from the frame's origin \[m\].
+    pub size: f64,
     /// Half side lengths when this is a box about the origin; speeds up supports.
     pub half: Option<Vec3>,
 }
@@ -84,7 +86,18 @@ impl<'a> View<'a> {
         (self.points[best.0], best.0 as u32)
     }
     /// Face whose normal leans most along a direction, with the cosine times the direction's length.
+    #[inline]
     pub fn face_toward(&self, direction: Vec3) -> Option<(usize, f64)> {
+        if self.half.is_some() {
+            let [x, y, z] = direction.0;
+            let mut best = (0, x);
+            for (face, along) in [(1, -x), (2, y), (3, -y), (4, z), (5, -z)] {
+                if along > best.1 {
+                    best = (face, along);
+                }
+            }
+            return Some(best);
+        }
         let mut best: Option<(usize, f64)> = None;
         for (i, face) in self.faces.iter().enumerate() {
             let along = face.normal.dot(direction);
@@ -111,6 +124,7 @@ impl<'a> View<'a> {
 
 impl Polytope {
     /// As a borrowed polytope.
+    #[inline]
     pub fn view(&self) -> View<'_> {
         View {
             points: &self.points,
@@ -125,7 +139,7 @@ impl Polytope {
     /// A box about the origin; corner k has the signs of k's bits.
     pub fn cuboid(half: [f64; 3]) -> Self {
         let sign = |k: usize, bit: usize| if k >> bit & 1 == 1 { half[bit] } else { -half[bit] };
-        let points = (0..8).map(|k| vec3(sign(k, 0), sign(k, 1), sign(k, 2))).collect();
+        let points: Vec<Vec3> = (0..8).map(|k| vec3(sign(k, 0), sign(k, 1), sign(k, 2))).collect();
         let rings: Vec<u32> =
             [[1, 3, 7, 5], [0, 4, 6, 2], [2, 6, 7, 3], [0, 1, 5, 4], [4, 5, 7, 6], [0, 2, 3, 1]].concat();
         let face = |i: usize| {
@@ -134,15 +148,15 @@ impl Polytope {
             let normal = Vec3::from_fn(|k| if k == axis { sign } else { 0.0 });
             Face { normal, offset: half[axis], first: 4 * i as u32, count: 4 }
         };
-        let half = vec3(half[0], half[1], half[2]);
+        let (half, size) = (vec3(half[0], half[1], half[2]), points[0].norm());
         let faces: Vec<Face> = (0..6).map(face).collect();
         let (edges, arcs) = edges_of(&faces, &rings);
-        Polytope { points, faces, rings, edges, arcs, center: Vec3::ZERO, half: Some(half) }
+        Polytope { points, faces, rings, edges, arcs, center: Vec3::ZERO, size, half: Some(half) }
     }
     /// A polytope from the corners and outward triangles of a convex hull.
     pub fn from_hull(points: Vec<Vec3>, triangles: &[[u32; 3]]) -> Self {
-        let size = points.iter().fold(0.0, |m: f64, p| m.max((*p - points[0]).max_abs()));
-        let patches = coplanar_patches(&points, triangles, COPLANAR * size);
+        let width = points.iter().fold(0.0, |m: f64, p| m.max((*p - points[0]).max_abs()));
+        let patches = coplanar_patches(&points, triangles, COPLANAR * width);
         let (mut faces, mut rings) = (Vec::new(), Vec::new());
         for patch in &patches {
             let ring = outline(patch, triangles);
@@ -153,7 +167,8 @@ impl Polytope {
         }
         let (edges, arcs) = edges_of(&faces, &rings);
         let center = points.iter().fold(Vec3::ZERO, |s, p| s + *p * (1.0 / points.len() as f64));
-        Polytope { points, faces, rings, edges, arcs, center, half: None }
+        let size = points.iter().fold(0.0, |m: f64, p| m.max(p.norm()));
+        Polytope { points, faces, rings, edges, arcs, center, size, half: None }
     }
 }
 

@@ -4,7 +4,7 @@
 
 use crate::collider::{Collider, Leaf, Piece, Query, leaves, reach_box};
 use crate::geometry::{Aabb, Closest, RayHit};
-use crate::kernel::{Kernel, Touch};
+use crate::kernel::{Kernel, Touches};
 use crate::wall::{Facing, Wall};
 use carom_math::{Column, Pose, Rotation};
 use std::cell::Cell;
@@ -71,9 +71,9 @@ fn nearest<S: Kernel>(a: &Piece<S>, b: &Piece<S>, reach: f64) -> Option<Closest<
     let place = a.pose.inverse().compose(&b.pose);
     let radii = a.radius + b.radius;
     let found = S::separation(a.core, b.core, &place, reach + radii)?;
-    let mut touches: Vec<Touch<S>> = Vec::new();
+    let mut touches = Touches::<S>::default();
     S::manifold(a.core, b.core, &place, &found, true, f64::INFINITY, &mut touches);
-    let deepest = touches.into_iter().reduce(|best, t| if t.gap < best.gap { t } else { best })?;
+    let deepest = touches.iter().copied().reduce(|best, t| if t.gap < best.gap { t } else { best })?;
     Some(Closest {
         point_a: a.pose.to_world(deepest.on_a - deepest.normal * a.radius),
         point_b: a.pose.to_world(deepest.on_b + deepest.normal * b.radius),

@@ -3,6 +3,7 @@
 //! `curved` for cylinders and cones, but for points, which have a closed form. Knows no radii.
 
 use crate::core_spatial::SpatialCore;
+use crate::few::Few;
 use crate::gjk::{Corner, Outcome, nearest};
 use crate::kernel::{Kernel, Label, NONE, Separation};
 use crate::polytope::View;
@@ -26,7 +27,7 @@ pub struct Pair<'a> {
     /// Pose of b in a's frame.
     pub place: &'a Pose<Spatial>,
     /// Rotation matrix of the pose, row by row.
-    matrix: [[f64; 3]; 3],
+    pub(crate) matrix: [[f64; 3]; 3],
     /// Length against which rounding is measured \[m\].
     pub scale: f64,
 }
@@ -122,7 +123,10 @@ impl<'a> Pair<'a> {
     /// What the axes of two solids settle without a distance search: beyond reach, a corner standing over a face,
     /// an overlap. `None` leaves it open.
     fn by_axes(&self, a: &View, b: &View, reach: f64) -> Option<Option<Separation<Spatial>>> {
-        let face = self.best_face(a, b)?;
+        if let (Some(half_a), Some(half_b)) = (a.half, b.half) {
+            return self.by_axes_of_boxes(a, b, [half_a, half_b], reach);
+        }
+        let face = self.best_face(a, b, reach)?;
         if face.gap > reach {
             return Some(None);
         }
@@ -130,6 +134,28 @@ impl<'a> Pair<'a> {
             return self.stands_over_face(a, b, &face).then_some(Some(face));
         }
         let best = self.best_of_crossings(a, b, Some(face))?;
+        (best.gap <= NEAR * self.scale).then_some(Some(best))
+    }
+
+    /// The same of two boxes, whose axes are known in closed form.
+    fn by_axes_of_boxes(
+        &self,
+        a: &View,
+        b: &View,
+        halves: [Vec3; 2],
+        reach: f64,
+    ) -> Option<Option<Separation<Spatial>>> {
+        let face = self.best_face_of_boxes(a, b, halves);
+        if face.gap > reach {
+            return Some(None);
+        }
+        if face.gap > NEAR * self.scale {
+            if self.stands_over_face(a, b, &face) {
+                return Some(Some(face));
+            }
+            return self.apart_of_boxes([a, b], halves, &face, reach);
+        }
+        let best = self.best_of_boxes([a, b], halves, face);
         (best.gap <= NEAR * self.scale).then_some(Some(best))
     }
 
@@ -199,10 +225,14 @@ pub fn apart(point: Vec3, on_a: Vec3, on_b: Vec3, label: Label) -> Separation<Sp
 }
 
 /// Distinct names on one side of a simplex, ascending.
-fn distinct(corners: &[Corner], side: usize) -> Vec<u32> {
-    let mut names: Vec<u32> = corners.iter().map(|c| c.names[side]).collect();
+fn distinct(corners: &[Corner], side: usize) -> Few<u32, 4> {
+    let mut names = Few::<u32, 4>::default();
+    for name in corners.iter().map(|c| c.names[side]) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
     names.sort_unstable();
-    names.dedup();
     names
 }
 

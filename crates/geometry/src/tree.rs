@@ -49,6 +49,10 @@ impl<S: Space> Tree<S> {
         self.bounds.extend(bounds);
         self.rebuild();
     }
+    /// True when the tree is over these boxes, in this order.
+    pub fn is_over(&self, mut bounds: impl ExactSizeIterator<Item = Aabb<S>>) -> bool {
+        bounds.len() == self.bounds.len() && self.bounds.iter().all(|own| bounds.next() == Some(*own))
+    }
     fn rebuild(&mut self) {
         self.nodes.clear();
         self.items.clear();

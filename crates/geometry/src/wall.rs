@@ -2,7 +2,7 @@
 //! everything farther from a centre than a radius. Knows no pairs.
 
 use crate::collider::Form;
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, Ring};
 use carom_math::{Column, Pose, Rotation};
 
 /// Distance from the centre of a cavity below which a point has no direction, as a fraction of the radius \[1\].
@@ -65,7 +65,7 @@ impl<S: Kernel> Wall<S> {
     }
 
     /// The points of a core that the wall may meet, with their names; the pose is the core's.
-    pub fn met_by(&self, core: &S::Core, pose: &Pose<S>, out: &mut Vec<(S::Vector, u32)>) {
+    pub fn met_by(&self, core: &S::Core, pose: &Pose<S>, out: &mut Ring<S>) {
         match self {
             Wall::Flat { normal, .. } => S::feature(core, pose.rotation.unrotate(-*normal), out),
             Wall::Hollow { center, .. } => S::corners(core, pose.to_body(*center), out),
@@ -78,12 +78,12 @@ impl<S: Kernel> Wall<S> {
             Wall::Flat { normal, .. } => S::support(core, pose.rotation.unrotate(-*normal)).0,
             Wall::Hollow { center, .. } => {
                 let from = pose.to_body(*center);
-                let mut corners = Vec::new();
+                let mut corners = Ring::<S>::default();
                 S::corners(core, from, &mut corners);
                 let farther = |best: S::Vector, p: S::Vector| {
                     if (p - from).norm() > (best - from).norm() { p } else { best }
                 };
-                corners.into_iter().map(|c| c.0).reduce(farther).unwrap_or(S::Vector::ZERO)
+                corners.iter().map(|c| c.0).reduce(farther).unwrap_or(S::Vector::ZERO)
             }
         }
     }

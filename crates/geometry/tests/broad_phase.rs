@@ -104,3 +104,101 @@ fn fixed_bodies_never_pair_with_each_other_and_the_filter_sees_ordered_pairs() {
     assert_eq!(pairs, [(0, 1), (1, 2)]);
     assert!(seen.borrow().iter().all(|(i, j)| i < j));
 }
+
+/// Boxes whose sizes are spread evenly over orders of magnitude, in a heap about `center`.
+fn of_all_sizes<S: Space>(random: &mut Random, count: usize, orders: f64, center: f64) -> Vec<Aabb<S>> {
+    let one = |random: &mut Random| {
+        let size = 10f64.powf(-orders * random.unit());
+        let at = S::Vector::from_fn(|_| center + random.signed());
+        let half = S::Vector::from_fn(|_| 0.5 * size * (0.3 + 0.7 * random.unit()));
+        Aabb { min: at - half, max: at + half }
+    };
+    (0..count).map(|_| one(random)).collect()
+}
+
+fn is_all_pairs<S: Space>(bounds: &[Aabb<S>], what: &str) {
+    let movable: Vec<bool> = (0..bounds.len()).map(|i| i % 7 != 3).collect();
+    let may_pair = |i: usize, j: usize| !(i + 3 * j).is_multiple_of(11);
+    let mut phase = BroadPhase::<S>::new();
+    let expected = all_pairs(bounds, &movable, &may_pair);
+    for _ in 0..2 {
+        assert!(phase.update(bounds, &movable, &may_pair) == expected, "{what}");
+    }
+    // other boxes in between leave no trace
+    phase.update(&bounds[..bounds.len() / 2], &movable[..bounds.len() / 2], &may_pair);
+    assert!(phase.update(bounds, &movable, &may_pair) == expected, "{what}, once more");
+}
+
+fn holds_for_boxes_of_every_kind<S: Space>() {
+    let mut random = Random::new(57);
+    for orders in [0.0, 0.3, 1.0, 4.0] {
+        for center in [0.0, -3.0, 4e5, 1e9, -1e14, 1e150] {
+            let bounds = of_all_sizes::<S>(&mut random, 500, orders, center);
+            is_all_pairs(&bounds, &format!("sizes over {orders} orders about {center:e}"));
+        }
+    }
+    let like = of_all_sizes::<S>(&mut random, 300, 0.2, 0.0);
+    let moved = |b: &Aabb<S>, by: f64| {
+        let by = S::Vector::from_fn(|_| by);
+        Aabb { min: b.min + by, max: b.max + by }
+    };
+    // a heap here, one far away, and one where rows of a fine grid begin anew
+    for far in [0.0, 1e3, 65536.0, 1e12] {
+        let both: Vec<Aabb<S>> = like
+            .iter()
+            .chain(&like)
+            .enumerate()
+            .map(|(k, b)| moved(b, if k < like.len() { 0.0 } else { far }))
+            .collect();
+        is_all_pairs(&both, &format!("two heaps {far:e} apart"));
+    }
+    is_all_pairs(&[like[0]; 150], "all at the same place");
+    is_all_pairs(&[Aabb { max: like[0].min, ..like[0] }; 150], "points at the same place");
+    let odd = |number: f64, axis: usize| {
+        like.iter()
+            .enumerate()
+            .map(|(k, b)| {
+                let mut b = *b;
+                if k % 5 == 0 {
+                    b.max[axis] = number
+                }
+                if k % 10 == 0 {
+                    b.min[axis] = -number
+                }
+                b
+            })
+            .collect::<Vec<Aabb<S>>>()
+    };
+    for axis in 0..S::DIM {
+        for number in [f64::INFINITY, f64::NAN, f64::MAX, 0.0, -0.0] {
+            is_all_pairs(&odd(number, axis), &format!("{number} on axis {axis}"));
+        }
+    }
+}
+
+#[test]
+fn it_finds_all_pairs_of_mixed_sizes_at_the_same_place_far_away_and_without_bounds() {
+    holds_for_boxes_of_every_kind::<Planar>();
+    holds_for_boxes_of_every_kind::<Spatial>();
+}
+
+/// Boxes side by side whose faces meet exactly: touching counts, and neither rows nor sizes may lose it.
+fn counts_touching<S: Space>() {
+    for (scale, origin) in [(1.0, 0.0), (0.1, 7.3), (1.0 / 3.0, -1e6), (1e-3, 12.0)] {
+        let side = 6usize;
+        let cell = |k: usize| S::Vector::from_fn(|axis| (k / side.pow(axis as u32) % side) as f64);
+        let bounds: Vec<Aabb<S>> = (0..side.pow(S::DIM as u32))
+            .map(|k| {
+                let place = |more: f64| S::Vector::from_fn(|axis| origin + scale * (cell(k)[axis] + more));
+                Aabb { min: place(0.0), max: place(1.0) }
+            })
+            .collect();
+        is_all_pairs(&bounds, &format!("cells of {scale} from {origin}"));
+    }
+}
+
+#[test]
+fn boxes_that_only_touch_are_pairs() {
+    counts_touching::<Planar>();
+    counts_touching::<Spatial>();
+}

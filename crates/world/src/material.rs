@@ -152,11 +152,10 @@ impl Materials {
     pub fn pairs(&self) -> impl Iterator<Item = (&str, &str, MaterialPair)> {
         self.pairs.iter().map(|(&(a, b), &pair)| (self.name(a), self.name(b), pair))
     }
-    /// What was said of two bodies' materials.
-    pub fn between(&self, one: Option<usize>, other: Option<usize>) -> MaterialPair {
-        let known = one.zip(other).filter(|_| !self.pairs.is_empty());
-        let pair = known.and_then(|(a, b)| self.pairs.get(&(a.min(b), a.max(b))));
-        pair.copied().unwrap_or_default()
+    /// What was said of two bodies' materials; `None` where nothing was.
+    pub fn said_of(&self, one: Option<usize>, other: Option<usize>) -> Option<&MaterialPair> {
+        let (a, b) = one.zip(other).filter(|_| !self.pairs.is_empty())?;
+        self.pairs.get(&(a.min(b), a.max(b)))
     }
 
     fn key(&self, one: &str, other: &str) -> Result<(usize, usize), BuildError> {

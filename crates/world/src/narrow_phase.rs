@@ -2,12 +2,12 @@
 //! what a contact means for the motion is the scheme's matter.
 
 use crate::bodies::Bodies;
-use crate::material::Mixing;
+use crate::material::{MaterialPair, Mixing};
 use crate::settings::{Scheme, Settings};
 use crate::stepping::soft_step::AGAIN;
 use carom_geometry::broad_phase::BroadPhase;
 use carom_geometry::{Aabb, ContactPoint, Geometry};
-use carom_math::{Column, Space};
+use carom_math::{Column, Pose, Space};
 
 /// One contact between two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +45,9 @@ pub struct NarrowPhase<S: Geometry> {
     broad: BroadPhase<S>,
     bounds: Vec<Aabb<S>>,
     margins: Vec<f64>,
+    poses: Vec<Pose<S>>,
+    /// Speeds, own ones and those shared with neighbours.
+    own: Vec<f64>,
     speeds: Vec<f64>,
     indices: Vec<usize>,
     movable: Vec<bool>,
@@ -76,23 +79,27 @@ impl<S: Geometry> NarrowPhase<S> {
             let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;
             moves && groups && !bodies.joints.keeps_apart(indices[i], indices[j])
         };
-        let pairs = self.broad.update(&self.bounds, &self.movable, &may_pair);
-        if share_speeds(pairs, &self.movable, &mut self.speeds) {
-            for (k, &i) in indices.iter().enumerate() {
+        let mut pairs = self.broad.update(&self.bounds, &self.movable, &may_pair);
+        if settings.contact_margin.is_none()
+            && share_speeds(pairs, &self.movable, &mut self.speeds, &mut self.own)
+        {
+            for (k, &i) in indices.iter().enumerate().filter(|(k, _)| self.speeds[*k] != self.own[*k]) {
                 self.margins[k] = reach(bodies, settings, i, dt, self.speeds[k]);
                 let Some(collider) = &data[i].collider else { continue };
-                self.bounds[k] = S::bounds(collider, &bodies.shape_pose(i), self.margins[k]);
+                self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
             }
+            pairs = self.broad.update(&self.bounds, &self.movable, &may_pair);
         }
-        for &(i, j) in self.broad.update(&self.bounds, &self.movable, &may_pair) {
-            let (a, b) = (self.indices[i as usize], self.indices[j as usize]);
+        for &(i, j) in pairs {
+            let (i, j) = (i as usize, j as usize);
+            let (a, b) = (indices[i], indices[j]);
             if known(a, b, out) {
                 continue;
             }
-            let margin = self.margins[i as usize] + self.margins[j as usize];
+            let margin = self.margins[i] + self.margins[j];
             self.points.clear();
             let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
-            S::contacts(ca, &bodies.shape_pose(a), cb, &bodies.shape_pose(b), margin, &mut self.points);
+            S::contacts(ca, &self.poses[i], cb, &self.poses[j], margin, &mut self.points);
             touches_of(bodies, settings, (a, b), &self.points, out);
         }
     }
@@ -101,6 +108,7 @@ impl<S: Geometry> NarrowPhase<S> {
     fn prepare(&mut self, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) {
         self.bounds.clear();
         self.margins.clear();
+        self.poses.clear();
         self.speeds.clear();
         self.indices.clear();
         self.movable.clear();
@@ -108,7 +116,9 @@ impl<S: Geometry> NarrowPhase<S> {
             let Some(collider) = &d.collider else { continue };
             let speed = speed(bodies, settings, i, dt);
             let margin = reach(bodies, settings, i, dt, speed);
-            self.bounds.push(S::bounds(collider, &bodies.shape_pose(i), margin));
+            let pose = bodies.shape_pose(i);
+            self.bounds.push(S::bounds(collider, &pose, margin));
+            self.poses.push(pose);
             self.margins.push(margin);
             self.speeds.push(speed);
             self.indices.push(i);
@@ -128,22 +138,24 @@ pub fn touches_of<S: Geometry>(
     if points.is_empty() {
         return;
     }
-    let data = &bodies.data;
-    let pair = bodies.materials.between(data[a].material, data[b].material);
-    let mixed = settings.friction_mixing.mix(data[a].friction, data[b].friction);
-    let friction = pair.friction.unwrap_or(mixed);
+    let (one, other) = (&bodies.data[a], &bodies.data[b]);
+    // what was said of the pair's materials, where something was said of any
+    let said = bodies.materials.said_of(one.material, other.material);
+    let of = |coefficient: fn(&MaterialPair) -> Option<f64>, mixed: f64| {
+        said.and_then(coefficient).unwrap_or(mixed)
+    };
+    let friction = of(|p| p.friction, settings.friction_mixing.mix(one.friction, other.friction));
     // either body's softness makes the moment: the larger coefficient is the contact's
-    let larger = |one, other| Mixing::Max.mix(one, other);
-    let rolling = larger(data[a].rolling_friction, data[b].rolling_friction);
-    let rolling = pair.rolling_friction.unwrap_or(rolling);
-    let spinning = larger(data[a].spinning_friction, data[b].spinning_friction);
-    let spinning = pair.spinning_friction.unwrap_or(spinning);
-    let restitution = restitution_of(bodies, settings, (a, b));
-    let tangential = (data[a].tangential_restitution, data[b].tangential_restitution);
-    let mixed = settings.restitution_mixing.mix(tangential.0, tangential.1);
-    let tangential_restitution = pair.tangential_restitution.unwrap_or(mixed);
+    let rolling = of(|p| p.rolling_friction, Mixing::Max.mix(one.rolling_friction, other.rolling_friction));
+    let spinning =
+        of(|p| p.spinning_friction, Mixing::Max.mix(one.spinning_friction, other.spinning_friction));
+    let mixing = settings.restitution_mixing;
+    let restitution = of(|p| p.restitution, mixing.mix(one.restitution, other.restitution));
+    let tangential = mixing.mix(one.tangential_restitution, other.tangential_restitution);
+    let tangential_restitution = of(|p| p.tangential_restitution, tangential);
+    let name = pair_id(one.serial, other.serial);
     out.extend(points.iter().map(|p| Touch {
-        id: contact_id(data[a].serial, data[b].serial, p.feature),
+        id: mix_bits(name ^ p.feature),
         a,
         b,
         point: p.point,
@@ -164,8 +176,9 @@ pub fn restitution_of<S: Geometry>(
     (a, b): (usize, usize),
 ) -> f64 {
     let (one, other) = (&bodies.data[a], &bodies.data[b]);
+    let said = bodies.materials.said_of(one.material, other.material);
     let mixed = settings.restitution_mixing.mix(one.restitution, other.restitution);
-    bodies.materials.between(one.material, other.material).restitution.unwrap_or(mixed)
+    said.and_then(|p| p.restitution).unwrap_or(mixed)
 }
 
 /// Largest speed of a body's surface in a step before impacts \[m/s\].
@@ -182,8 +195,9 @@ fn speed<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: 
 
 /// A body that a fast one is about to hit may be fast itself before the step is over: pairs share their speeds.
 /// True when that changed one by more than what the margins allow for anyway.
-fn share_speeds(pairs: &[(u32, u32)], movable: &[bool], speeds: &mut [f64]) -> bool {
-    let own = speeds.to_vec();
+fn share_speeds(pairs: &[(u32, u32)], movable: &[bool], speeds: &mut [f64], own: &mut Vec<f64>) -> bool {
+    own.clear();
+    own.extend_from_slice(speeds);
     let mut changed = false;
     for &(i, j) in pairs {
         let (i, j) = (i as usize, j as usize);
@@ -215,12 +229,17 @@ fn reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: 
 
 /// A contact's name from its bodies' serials and its feature: a fixed mixing of bits (SplitMix64's).
 pub fn contact_id(a: u64, b: u64, feature: u64) -> u64 {
-    let mix = |mut x: u64| {
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ (x >> 31)
-    };
-    mix(mix(mix(a.wrapping_add(0x9e37_79b9_7f4a_7c15)) ^ b) ^ feature)
+    mix_bits(pair_id(a, b) ^ feature)
+}
+
+fn pair_id(a: u64, b: u64) -> u64 {
+    mix_bits(mix_bits(a.wrapping_add(0x9e37_79b9_7f4a_7c15)) ^ b)
+}
+
+fn mix_bits(mut x: u64) -> u64 {
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
 }
 
 /// Smallest extent among bodies that can move \[m\]; the scene's length scale. `None` without such bodies.

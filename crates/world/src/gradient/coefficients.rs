@@ -30,7 +30,7 @@ pub fn share<S: Geometry>(
         entries.map(|materials| PairGradient { materials, friction: 0.0, restitution: 0.0 }).collect();
     for (&(a, b), sums) in pairs {
         let (da, db) = (&bodies.data[a], &bodies.data[b]);
-        let said = bodies.materials.between(da.material, db.material);
+        let said = bodies.materials.said_of(da.material, db.material).copied().unwrap_or_default();
         let names = (bodies.material(a), bodies.material(b));
         let mut entry = table.iter_mut().find(|p| {
             let (one, other) = (Some(p.materials.0.as_str()), Some(p.materials.1.as_str()));
