@@ -1,7 +1,7 @@
-"""Engines that live in Python, as processes of the race: the scene comes as one line of JSON, then a word a line.
+"""Engines that live in Python, as processes of the race: a scene comes as a line of JSON, then a word a line.
 
-"step" takes one step and answers [wall seconds, processor seconds], "poses" the place and rotation of every body, "contacts" the
-number of contact points, "end" ends. Whatever goes wrong is answered as {"error": text}.
+"step" takes a step and answers [wall seconds, processor seconds], "poses" place and rotation of every body,
+"contacts" the number of contact points, "end" ends. What goes wrong is answered as {"error": text}.
 """
 
 import json
@@ -14,6 +14,7 @@ class Pymunk:
     """The plane. Everything at its default but gravity and friction."""
 
     def __init__(self, scene):
+        """Translate a scene."""
         import pymunk
 
         self.space = pymunk.Space()
@@ -44,6 +45,7 @@ class Pymunk:
 
     @staticmethod
     def shape(pymunk, body, part):
+        """Make a shape at its place in the body's frame."""
         shape, (x, y), (c, s) = part["shape"], part["position"], part["rotation"]
         place = pymunk.Transform(c, s, -s, c, x, y)
         kind = shape["type"]
@@ -61,12 +63,15 @@ class Pymunk:
         raise ValueError(f"no {kind}")
 
     def step(self):
+        """Take one step."""
         self.space.step(self.dt)
 
     def poses(self):
+        """Tell the place [m] and rotation of every body, in the scene's order."""
         return [[*b.position, math.cos(b.angle), math.sin(b.angle)] for b in self.bodies]
 
     def contacts(self):
+        """Count the contact points of the last step."""
         import pymunk
 
         found = 0
@@ -85,9 +90,10 @@ class Pymunk:
 
 
 class Mujoco:
-    """Space. Everything at its default but gravity, friction and the step's length: Newton's method, a pyramidal cone."""
+    """Space. Defaults but for gravity, friction and the step's length: Newton, a pyramidal cone."""
 
     def __init__(self, scene):
+        """Translate a scene."""
         import mujoco
 
         self.mujoco = mujoco
@@ -116,6 +122,7 @@ class Mujoco:
 
     @staticmethod
     def geom(part, density, friction):
+        """Write a shape at its place in the body's frame."""
         shape = part["shape"]
         kind = shape["type"]
         if kind == "sphere":
@@ -130,9 +137,11 @@ class Mujoco:
         return f'<geom {size} {place} density="{density!r}" friction="{friction!r} 0.005 0.0001"/>'
 
     def step(self):
+        """Take one step."""
         self.mujoco.mj_step(self.model, self.data)
 
     def poses(self):
+        """Tell the place [m] and rotation of every body, in the scene's order."""
         told = []
         for k, at in self.bodies:
             if at is None:
@@ -143,18 +152,22 @@ class Mujoco:
         return told
 
     def contacts(self):
+        """Count the contact points of the last step."""
         return int(self.data.ncon)
 
 
 def numbers(values):
+    """Write numbers as MuJoCo reads them."""
     return " ".join(repr(float(v)) for v in values)
 
 
 def answer(value):
+    """Answer the race."""
     print(json.dumps(value), flush=True)
 
 
 def main():
+    """Do as the race says until it ends."""
     engines = {"pymunk": Pymunk, "mujoco": Mujoco}
     try:
         engine = engines[sys.argv[1]](json.loads(sys.stdin.readline()))

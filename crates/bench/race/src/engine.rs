@@ -14,6 +14,10 @@ pub struct Spent {
 }
 
 impl Spent {
+    /// The smaller of both \[s\]: the wall's with several threads, the processor's where others keep it busy.
+    pub fn least(&self) -> f64 {
+        self.wall.min(self.cpu)
+    }
     /// Adds what another piece of work took.
     pub fn add(&mut self, other: Spent) {
         self.wall += other.wall;

@@ -46,8 +46,8 @@ fn run_all(arguments: &Arguments) -> Result<(), String> {
     let mut file = rows::stored(out);
     let mut all = Vec::new();
     let mut done = |title: &str, mut found: Vec<Row>| -> Result<(), String> {
-        println!("{}", race::table(title, &mut found, &file));
-        rows::store(out, &mut file, &found)?;
+        rows::store(out, &mut file, &mut found)?;
+        println!("{}", race::table(title, &found));
         all.extend(found);
         Ok(())
     };

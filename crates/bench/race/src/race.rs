@@ -6,7 +6,7 @@ use crate::catalogue::{Catalogue, scene};
 use crate::engine::Choice;
 use crate::engines::{Entrant, Field};
 use crate::judge::Judge;
-use crate::rows::{Row, set_ratios};
+use crate::rows::Row;
 use crate::run::{Quality, Run, judged, run};
 use crate::scene::Scene;
 
@@ -20,6 +20,9 @@ struct Lane<'a, S: Field> {
     out: bool,
 }
 
+/// What is done with the rows of a scene and choice, which the text names.
+pub type Done<'a> = &'a mut dyn FnMut(&str, Vec<Row>) -> Result<(), String>;
+
 /// All rows of a scene, choice by choice; `done` gets those of each choice as soon as they are there.
 ///
 /// # Errors
@@ -28,7 +31,7 @@ pub fn race<S: Field + Catalogue>(
     word: &str,
     entrants: &[Entrant<S>],
     arguments: &Arguments,
-    done: &mut dyn FnMut(&str, Vec<Row>) -> Result<(), String>,
+    done: Done,
 ) -> Result<(), String> {
     let Some(scene) = scene::<S>(word)? else { return Ok(()) };
     let mut judge = Judge::of(&scene)?;
@@ -59,7 +62,7 @@ fn lanes<S: Field>(
     arguments: &Arguments,
     judge: &mut Judge<S>,
 ) -> Result<Vec<Row>, String> {
-    let takes = |e: &&Entrant<S>| e.takes(choice, scene.moving());
+    let takes = |e: &&Entrant<S>| e.takes(choice, scene.bodies.len());
     let mut lanes: Vec<Lane<S>> = entrants
         .iter()
         .filter(takes)
@@ -96,7 +99,7 @@ impl<S: Field> Lane<'_, S> {
         } else {
             run(engine.as_mut(), scene.steps, left)
         };
-        self.used += taken.spent.wall;
+        self.used += taken.spent.least();
         // a run that was cut says nothing that a whole one does not; the first counts all the same
         let cut = taken.steps < scene.steps;
         self.out = cut || self.used > patience;
@@ -149,9 +152,8 @@ impl<S: Field> Lane<'_, S> {
     }
 }
 
-/// Rows with their ratios, as a table for people.
-pub fn table(title: &str, rows: &mut [Row], file: &[String]) -> String {
-    set_ratios(rows, file);
+/// Rows as a table for people.
+pub fn table(title: &str, rows: &[Row]) -> String {
     let lines: Vec<String> = rows.iter().map(Row::line).collect();
     format!("{title}\n{}\n{}\n", crate::rows::heading(), lines.join("\n"))
 }

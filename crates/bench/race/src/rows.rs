@@ -66,16 +66,6 @@ impl Row {
     fn whole(&self) -> bool {
         self.steps == self.steps_asked
     }
-    /// Whether a row of the file is of the same scene and choice, and of a peer that took all steps; its deciding time \[ms\].
-    fn beside(&self, line: &str) -> Option<f64> {
-        let cells: Vec<&str> = line.split(',').collect();
-        let own: Vec<String> = self.key().split(',').map(str::to_string).collect();
-        let same = [0, 1, 4, 5].iter().all(|k| cells.get(*k).is_some_and(|c| *c == own[*k]));
-        let peer = cells.get(2).is_some_and(|c| *c != "carom");
-        let whole = cells.get(7).is_some() && cells.get(7) == cells.get(8);
-        let number = |k: usize| cells.get(k)?.parse::<f64>().ok();
-        (same && peer && whole).then(|| Some(deciding(self.threads, number(10)?, number(11)?)))?
-    }
     /// The row for a file; what was not measured is empty, what makes no sense NaN.
     fn csv(&self) -> String {
         let or_empty = |value: Option<String>| value.unwrap_or_default();
@@ -132,17 +122,39 @@ fn number(value: f64) -> String {
     if value.is_nan() { "NaN".into() } else { format!("{value:.4e}") }
 }
 
-/// Gives the rows of one scene and choice their ratios: to the fastest peer among them that took all steps, or, where no peer
-/// ran along, among the rows of the file.
-pub fn set_ratios(rows: &mut [Row], file: &[String]) {
-    let along = rows.iter().filter(|r| r.engine != "carom" && r.whole()).map(Row::deciding);
-    let fastest = along.min_by(f64::total_cmp).or_else(|| {
-        let first = rows.first()?;
-        file.iter().filter_map(|line| first.beside(line)).min_by(f64::total_cmp)
-    });
-    for row in rows {
-        row.ratio = fastest.map(|f| row.deciding() / f);
-    }
+/// Which column is which, for reading lines of the file.
+mod place {
+    pub const ENGINE: usize = 2;
+    pub const THREADS: usize = 4;
+    pub const STEPS: usize = 7;
+    pub const ASKED: usize = 8;
+    pub const WALL: usize = 10;
+    pub const CPU: usize = 11;
+    pub const RATIO: usize = 12;
+    /// What makes a scene and choice: scene, space, threads, sleeping.
+    pub const COURSE: [usize; 4] = [0, 1, 4, 5];
+}
+
+/// Whether two lines are of the same scene and choice.
+fn same_course(one: &str, other: &str) -> bool {
+    let (one, other): (Vec<&str>, Vec<&str>) = (one.split(',').collect(), other.split(',').collect());
+    place::COURSE.iter().all(|k| one.get(*k).is_some() && one.get(*k) == other.get(*k))
+}
+
+/// The time that decides of a line \[ms\].
+fn deciding_of(line: &str) -> Option<f64> {
+    let cells: Vec<&str> = line.split(',').collect();
+    let number = |k: usize| cells.get(k)?.parse::<f64>().ok();
+    Some(deciding(cells.get(place::THREADS)?.parse().ok()?, number(place::WALL)?, number(place::CPU)?))
+}
+
+/// The time of the fastest peer that took all steps, among lines of one scene and choice \[ms\].
+fn fastest<'a>(lines: impl Iterator<Item = &'a String>) -> Option<f64> {
+    let counts = |line: &&String| {
+        let cells: Vec<&str> = line.split(',').collect();
+        cells[place::ENGINE] != "carom" && cells[place::STEPS] == cells[place::ASKED]
+    };
+    lines.filter(counts).filter_map(|line| deciding_of(line)).min_by(f64::total_cmp)
 }
 
 /// The rows of the file so far.
@@ -150,26 +162,40 @@ pub fn stored(out: Option<&Path>) -> Vec<String> {
     out.map(|folder| results::rows(folder, FILE, COLUMNS)).unwrap_or_default()
 }
 
-/// Puts rows into the file in place of those of the same name, and leaves all others.
+/// Puts rows of one scene and choice into the file in place of those of the same name and leaves all others; gives all rows of
+/// that scene and choice their ratios to the fastest peer among them that took all steps.
 ///
 /// # Errors
 /// What the file system says.
-pub fn store(out: Option<&Path>, file: &mut Vec<String>, rows: &[Row]) -> Result<(), String> {
-    for row in rows {
+pub fn store(out: Option<&Path>, file: &mut Vec<String>, rows: &mut [Row]) -> Result<(), String> {
+    for row in rows.iter() {
         let key = row.key() + ",";
         file.retain(|line| !line.starts_with(&key));
         file.push(row.csv());
     }
-    let name = |line: &String| {
-        let cells: Vec<String> = line.split(',').take(KEY).map(str::to_string).collect();
-        let place = |k: usize| cells.get(k).cloned().unwrap_or_default();
-        let (kind, size) = place(0)
-            .split_once(':')
-            .map_or((place(0), 0), |(kind, size)| (kind.to_string(), size.parse::<usize>().unwrap_or(0)));
-        (place(1), kind, size, place(4), place(5), place(2), place(3))
-    };
-    file.sort_by_key(name);
+    let Some(sample) = rows.first().map(Row::csv) else { return Ok(()) };
+    let best = fastest(file.iter().filter(|line| same_course(line, &sample)));
+    for row in rows.iter_mut() {
+        row.ratio = best.map(|b| row.deciding() / b);
+    }
+    for line in file.iter_mut().filter(|line| same_course(line, &sample)) {
+        let ratio = best.and_then(|b| Some(deciding_of(line)? / b));
+        let mut cells: Vec<String> = line.split(',').map(str::to_string).collect();
+        cells[place::RATIO] = ratio.map(|r| format!("{r:.3}")).unwrap_or_default();
+        *line = cells.join(",");
+    }
+    file.sort_by_key(|line| order(line));
     results::save(out, FILE, COLUMNS, file)
+}
+
+/// Where a line stands in the file: by space, scene, size, threads, sleeping, engine.
+fn order(line: &str) -> (String, String, usize, String, String, String, String) {
+    let cells: Vec<&str> = line.split(',').take(KEY).collect();
+    let cell = |k: usize| cells.get(k).unwrap_or(&"").to_string();
+    let scene = cell(0);
+    let (kind, size) = scene.split_once(':').unwrap_or((&scene, "0"));
+    let size = size.parse().unwrap_or(0);
+    (cell(1), kind.to_string(), size, cell(4), cell(5), cell(2), cell(3))
 }
 
 #[cfg(test)]
@@ -206,20 +232,21 @@ mod tests {
     fn ratios_are_to_the_fastest_peer_that_took_all_steps() {
         let mut rows = [row("carom", 1.0), row("box2d", 2.0), row("rapier", 4.0), row("pymunk", 0.1)];
         rows[3].steps = 3;
-        set_ratios(&mut rows, &[]);
+        store(None, &mut Vec::new(), &mut rows).expect("no file is written");
         assert_eq!(rows.map(|r| r.ratio), [Some(0.5), Some(1.0), Some(2.0), Some(0.05)]);
     }
 
     #[test]
     fn a_rerun_of_one_engine_replaces_its_row_alone_and_is_compared_with_the_file() {
         let mut file = Vec::new();
-        let first = [row("carom", 8.0), row("box2d", 2.0)];
-        store(None, &mut file, &first).expect("no file is written");
+        store(None, &mut file, &mut [row("carom", 8.0), row("box2d", 2.0)]).expect("no file is written");
         let mut again = [row("carom", 1.0)];
-        set_ratios(&mut again, &file);
+        store(None, &mut file, &mut again).expect("no file is written");
         assert_eq!(again[0].ratio, Some(0.5));
-        store(None, &mut file, &again).expect("no file is written");
         assert_eq!(file.len(), 2);
         assert!(file[0].starts_with("pyramid:4,planar,box2d") && file[1].contains(",1.00000,0.500,"));
+        // a faster peer changes the ratios of all
+        store(None, &mut file, &mut [row("box2d", 0.5)]).expect("no file is written");
+        assert!(file[0].contains(",0.50000,1.000,") && file[1].contains(",1.00000,2.000,"), "{file:?}");
     }
 }

@@ -66,7 +66,7 @@ pub fn judged<S: Geometry>(
     let (mut deepest, mut last) = (0.0_f64, Overlap::default());
     let between = scene.steps.div_ceil(LOOKS);
     let mut watch = |engine: &mut dyn Engine<S>, step: usize, end: bool| -> Result<(), String> {
-        let look = step % between == 0 || end;
+        let look = step.is_multiple_of(between) || end;
         if motion.wants_every_step() || look {
             let poses = engine.poses()?;
             if look {
@@ -105,7 +105,7 @@ fn run_watched<S: Geometry>(
         if let Some(phases) = engine.phases() {
             run.phases.get_or_insert_default().add(phases);
         }
-        end = run.steps == steps || run.spent.wall > patience;
+        end = run.steps == steps || run.spent.least() > patience;
         if let Err(problem) = watch(engine, run.steps, end) {
             run.trouble = Some(problem);
             return;

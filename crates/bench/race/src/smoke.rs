@@ -19,7 +19,7 @@ fn every_engine_keeps_a_small_pyramid_in_place<S: Field + Catalogue>() {
     let field = entrants::<S>(&[], Path::new(&python), &|text| eprintln!("{text}")).expect("no words");
     let choices = [ALONE, Choice { threads: 2, sleeping: true }];
     for (entrant, choice) in field.iter().flat_map(|e| choices.map(|c| (e, c))) {
-        if !entrant.takes(choice, scene.moving()) {
+        if !entrant.takes(choice, scene.bodies.len()) {
             continue;
         }
         let mut engine: Box<dyn Engine<S>> = (entrant.build)(&scene, choice).expect("boxes alone");

@@ -23,6 +23,10 @@ const ITS_GRAVITY: f64 = 9.81;
 /// Memory of a step \[bytes\]; pages that no step touches are never taken.
 const MEMORY: u32 = 1 << 30;
 
+/// Rounding of boxes' and hulls' edges in contact detection \[m\], Jolt's own default, which its C interface leaves out; less on
+/// boxes thinner than four times that.
+const ROUNDING: f32 = 0.05;
+
 static READY: Once = Once::new();
 
 /// A world of Jolt.
@@ -88,8 +92,10 @@ pub fn build(scene: &Scene<Spatial>, choice: Choice) -> Result<Box<dyn Engine<Sp
         let most = scene.bodies.len() as u32 + 1;
         JPC_PhysicsSystem_Init(made.system, most, 0, pairs, pairs, layers, to_layer, to_pair);
     }
+    let mut shared = super::Shared::<Spatial, _>::new();
     for body in &scene.bodies {
-        let id = made.body(body, choice.sleeping)?;
+        let shape = shared.get(&body.shape, body.density, || shape(&body.shape, body.density))?;
+        let id = made.body(body, shape, choice.sleeping);
         made.bodies.push(id);
     }
     // SAFETY: the system lives; nothing runs
@@ -143,10 +149,13 @@ fn shape(of: &SpatialShape, density: f64) -> Result<*mut JPC_Shape, String> {
                     z: 0.5 * *y as f32,
                     _w: 0.5 * *y as f32,
                 };
-                let mut settings =
-                    JPC_BoxShapeSettings { HalfExtent: half, Density: density, ..Default::default() };
-                // Jolt rounds edges by 5 cm and refuses boxes thinner than that
-                settings.ConvexRadius = settings.ConvexRadius.min(0.5 * half.x.min(half.y).min(half.z));
+                let rounding = ROUNDING.min(0.5 * half.x.min(half.y).min(half.z));
+                let settings = JPC_BoxShapeSettings {
+                    HalfExtent: half,
+                    Density: density,
+                    ConvexRadius: rounding,
+                    ..Default::default()
+                };
                 made(JPC_BoxShapeSettings_Create(&settings, &mut out, &mut error), out)
             }
             SpatialShape::ConvexHull { points } => {
@@ -155,40 +164,46 @@ fn shape(of: &SpatialShape, density: f64) -> Result<*mut JPC_Shape, String> {
                     Points: corners.as_ptr(),
                     PointsLen: corners.len(),
                     Density: density,
+                    MaxConvexRadius: ROUNDING,
                     ..Default::default()
                 };
                 made(JPC_ConvexHullShapeSettings_Create(&settings, &mut out, &mut error), out)
             }
-            SpatialShape::Compound { .. } => {
-                let mut parts = Vec::new();
-                for (place, part) in Spatial::parts(of) {
-                    parts.push(JPC_SubShapeSettings {
-                        Shape: shape(part, f64::from(density))?,
-                        Position: vector(place.position),
-                        Rotation: rotation(&place.rotation),
-                        ..Default::default()
-                    });
-                }
-                let settings = JPC_StaticCompoundShapeSettings {
-                    SubShapes: parts.as_ptr(),
-                    SubShapesLen: parts.len(),
-                    ..Default::default()
-                };
-                made(JPC_StaticCompoundShapeSettings_Create(&settings, &mut out, &mut error), out)
-            }
+            SpatialShape::Compound { .. } => compound(of, f64::from(density)),
             other => Err(format!("Jolt's C interface has no {}", super::kind_of(other))),
         }
     }
 }
 
+/// Several shapes of Jolt in one.
+fn compound(of: &SpatialShape, density: f64) -> Result<*mut JPC_Shape, String> {
+    let mut parts = Vec::new();
+    for (place, part) in Spatial::parts(of) {
+        parts.push(JPC_SubShapeSettings {
+            Shape: shape(part, density)?,
+            Position: vector(place.position),
+            Rotation: rotation(&place.rotation),
+            ..Default::default()
+        });
+    }
+    let settings = JPC_StaticCompoundShapeSettings {
+        SubShapes: parts.as_ptr(),
+        SubShapesLen: parts.len(),
+        ..Default::default()
+    };
+    let (mut out, mut error) = (null_mut(), null_mut());
+    // SAFETY: the parts live through the call, which copies them and holds their shapes
+    let ok = unsafe { JPC_StaticCompoundShapeSettings_Create(&settings, &mut out, &mut error) };
+    made(ok, out)
+}
+
 impl Jolt {
-    fn body(&self, body: &Body<Spatial>, sleeping: bool) -> Result<JPC_BodyID, String> {
+    fn body(&self, body: &Body<Spatial>, shape: *mut JPC_Shape, sleeping: bool) -> JPC_BodyID {
         let (motion, layer) = match body.kind {
             Kind::Dynamic => (JPC_MOTION_TYPE_DYNAMIC, MOVING),
             Kind::Fixed => (JPC_MOTION_TYPE_STATIC, STILL),
             Kind::Kinematic => (JPC_MOTION_TYPE_KINEMATIC, MOVING),
         };
-        let shape = shape(&body.shape, body.density)?;
         let settings = JPC_BodyCreationSettings {
             Position: vector(body.pose.position),
             Rotation: rotation(&body.pose.rotation),
@@ -209,7 +224,7 @@ impl Jolt {
         // SAFETY: the system lives and has room for all bodies of the scene; the body holds the shape
         unsafe {
             let bodies = JPC_PhysicsSystem_GetBodyInterface(self.system);
-            Ok(JPC_BodyInterface_CreateAndAddBody(bodies, &settings, activation))
+            JPC_BodyInterface_CreateAndAddBody(bodies, &settings, activation)
         }
     }
 }

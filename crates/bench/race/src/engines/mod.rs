@@ -14,7 +14,7 @@ use crate::scene::{Arena, Scene};
 use carom::{Planar, Spatial};
 use std::path::Path;
 
-/// Moving bodies up to which engines that live in Python take part.
+/// Bodies up to which engines that live in Python take part.
 const SMALL: usize = 500;
 
 /// Makes a world of a scene.
@@ -30,7 +30,7 @@ pub struct Entrant<S: Arena> {
     pub threads: bool,
     /// Whether its bodies can fall asleep.
     pub sleeping: bool,
-    /// Most moving bodies that it is asked to move.
+    /// Most bodies, fixed ones included, that it is asked to take.
     pub most: usize,
     /// Makes a world.
     pub build: Build<S>,
@@ -57,9 +57,9 @@ impl<S: Arena> Entrant<S> {
         let build = move |scene: &Scene<S>, _: Choice| foreign::build(scene, engine, &python);
         Entrant { threads: false, sleeping: false, most: SMALL, ..Entrant::new(engine, solver, build) }
     }
-    /// Whether it can run so, on a scene with so many moving bodies.
-    pub fn takes(&self, choice: Choice, moving: usize) -> bool {
-        (self.threads || choice.threads == 1) && (self.sleeping || !choice.sleeping) && moving <= self.most
+    /// Whether it can run so, on a scene with so many bodies.
+    pub fn takes(&self, choice: Choice, bodies: usize) -> bool {
+        (self.threads || choice.threads == 1) && (self.sleeping || !choice.sleeping) && bodies <= self.most
     }
 }
 
@@ -125,6 +125,37 @@ pub fn entrants<S: Field>(
 
 /// Names of all engines, for checking words.
 pub const NAMES: [&str; 7] = ["carom", "box2d", "box3d", "rapier", "jolt", "mujoco", "pymunk"];
+
+/// The shapes made last, so that bodies of equal shape share one, as users of the engines would have it.
+struct Shared<S: Arena, T> {
+    kept: Vec<(S::Shape, f64, T)>,
+}
+
+impl<S: Arena, T: Clone> Shared<S, T> {
+    /// Kinds that are kept.
+    const MOST: usize = 16;
+
+    fn new() -> Self {
+        Shared { kept: Vec::new() }
+    }
+    /// The shape of a density that was made before, or a new one.
+    fn get(
+        &mut self,
+        shape: &S::Shape,
+        density: f64,
+        make: impl FnOnce() -> Result<T, String>,
+    ) -> Result<T, String> {
+        if let Some((_, _, made)) = self.kept.iter().find(|(s, d, _)| *d == density && s == shape) {
+            return Ok(made.clone());
+        }
+        let made = make()?;
+        if self.kept.len() == Self::MOST {
+            self.kept.remove(0);
+        }
+        self.kept.push((shape.clone(), density, made.clone()));
+        Ok(made)
+    }
+}
 
 /// The kind of a shape, for messages: the first word of what it says of itself.
 fn kind_of(shape: &impl std::fmt::Debug) -> String {

@@ -26,6 +26,7 @@ macro_rules! engine {
             world.gravity = shapes::vector(Scene::<$space>::gravity());
             world.integration_parameters.dt = DT as f32;
             let mut handles = Vec::with_capacity(scene.bodies.len());
+            let mut shared = crate::engines::Shared::<$space, _>::new();
             for body in &scene.bodies {
                 let builder = match body.kind {
                     Kind::Dynamic => RigidBodyBuilder::dynamic(),
@@ -38,7 +39,8 @@ macro_rules! engine {
                     .angvel(shapes::spin(body.spin))
                     .can_sleep(choice.sleeping);
                 let handle = world.bodies.insert(builder.build());
-                for (place, shape) in shapes::parts(&body.shape)? {
+                let parts = shared.get(&body.shape, body.density, || shapes::parts(&body.shape))?;
+                for (place, shape) in parts {
                     let collider = ColliderBuilder::new(shape)
                         .position(place)
                         .density(body.density as f32)
