@@ -3,11 +3,13 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+BENCH := crates/bench
+PEERS := $(BENCH)/target/peers
 CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean
+.PHONY: help demo test laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings and plots to out/"
@@ -16,6 +18,7 @@ help:
 	@echo "make check   formatting, lints as errors, types"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
 	@echo "make bench-collide    what finding contacts costs, phase by phase"
+	@echo "make bench-peers [SCENES=..] [ENGINES=..] [THREADS=1,2]    carom, Box2D, Box3D, Rapier, Jolt, MuJoCo and pymunk in one run; long"
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
 	@echo "make heaps   boxes and hulls in a bin, 1000 bodies poured, a Kapla tower for 600 s: energy, overlap, books, cost; long"
 	@echo "make bench-contact    contact solvers beside Siconos and Pinocchio on public problems, as ratios"
@@ -69,8 +72,8 @@ check: $(VENV)/tools
 	$(CARGO) fmt --all --check --manifest-path $(BENCH)/Cargo.toml
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 	$(CARGO) clippy --locked --manifest-path $(BENCH)/Cargo.toml --package carom-bench-contact --all-targets -- -D warnings
-	$(BIN)/ruff format --check python tests tools examples crates/bench/contact
-	$(BIN)/ruff check python tests tools examples crates/bench/contact
+	$(BIN)/ruff format --check python tests tools examples crates/bench/contact $(BENCH)/race
+	$(BIN)/ruff check python tests tools examples crates/bench/contact $(BENCH)/race
 	$(BIN)/mypy
 
 bench:
@@ -99,14 +102,40 @@ heaps:
 	$(CARGO) run --quiet --release --locked --package carom-scenes --bin heaps -- --out crates/bench/results \
 	  $(if $(HEAPS),--tasks $(HEAPS)) $(if $(LIMIT),--limit $(LIMIT)) $(if $(TIME),--time $(TIME))
 
+# carom and its peers in one race, in a target folder of its own, for the processor at hand. SCENES=pyramid:20,spatial/hulls
+# names scenes, ENGINES=carom,box3d engines (carom/SCHEME:SOLVER one way of carom's), SLEEPING=off or on, PATIENCE the seconds
+# that an engine may take per scene. Rows are written after each scene: a run may be stopped at any time.
+SCENES ?=
+ENGINES ?=
+THREADS ?=
+SLEEPING ?=
+REPEATS ?=
+PATIENCE ?=
+RACE := $(BENCH)/race
+RACE_CARGO = . $(PEERS)/race.env && RUSTFLAGS="-C target-cpu=native" $(CARGO)
+RACE_FLAGS := --release --locked --manifest-path $(RACE)/Cargo.toml --target-dir $(BENCH)/target/native
+bench-peers-setup: $(VENV)/made
+	PYTHON=$(abspath $(BIN)/python) sh $(RACE)/setup.sh $(PEERS)
+
+bench-peers: $(VENV)/tools bench-peers-setup
+	$(RACE_CARGO) run $(RACE_FLAGS) --features "$$RACE_FEATURES" -- \
+	  --out $(BENCH)/results --python $(abspath $(PEERS))/race/bin/python \
+	  $(if $(SCENES),--scenes $(SCENES)) $(if $(ENGINES),--engines $(ENGINES)) $(if $(THREADS),--threads $(THREADS)) \
+	  $(if $(SLEEPING),--sleeping $(SLEEPING)) $(if $(REPEATS),--repeats $(REPEATS)) $(if $(PATIENCE),--patience $(PATIENCE))
+	$(BIN)/python $(RACE)/plot.py "$$(ls -t $(BENCH)/results/*/peers.csv | head -1)" out/peers.png
+
+# every engine on a small pyramid, what the scenes promise, the judge; and the race's lints
+bench-peers-check: bench-peers-setup
+	$(RACE_CARGO) clippy $(RACE_FLAGS) --features "$$RACE_FEATURES" --all-targets -- -D warnings
+	RACE_PYTHON=$(abspath $(PEERS))/race/bin/python; export RACE_PYTHON; \
+	  $(RACE_CARGO) test $(RACE_FLAGS) --features "$$RACE_FEATURES"
+
 # contact solvers on the problems of a folder, beside what can be installed here; CAROM_CONTACT_PROBLEMS names it
 CAROM_CONTACT_PROBLEMS ?= ../shared/contact_problems
 PROBLEMS ?= *
 TOLERANCES ?= 1e-4,1e-8
 SOLVERS ?=
 REFERENCES ?= siconos,pinocchio
-BENCH := crates/bench
-PEERS := $(BENCH)/target/peers
 CONTACT := $(BENCH)/target/release/carom-contact
 
 bench-contact-peers: $(VENV)/made

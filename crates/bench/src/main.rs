@@ -7,8 +7,6 @@ mod contender;
 mod measure;
 mod ours;
 mod peer;
-mod shapes_planar;
-mod shapes_spatial;
 mod table;
 
 use arguments::Arguments;

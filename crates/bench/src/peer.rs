@@ -109,4 +109,10 @@ macro_rules! contender {
         }
     };
 }
-pub(crate) use contender;
+
+mod planar {
+    contender!(rapier2d, carom::Planar, carom_bench::shapes_planar);
+}
+mod spatial {
+    contender!(rapier3d, carom::Spatial, carom_bench::shapes_spatial);
+}

@@ -97,12 +97,11 @@ mod tests {
             }
             for rows in self.0.chunks_exact(WIDTH) {
                 let mut turned = [lanes.all(0.0); WIDTH];
-                for k in 0..WIDTH {
-                    turned[k] = lanes.load(&rows[k]);
+                for (turned, row) in turned.iter_mut().zip(rows) {
+                    *turned = lanes.load(row);
                 }
-                turned = lanes.turn(turned);
-                for k in 0..WIDTH {
-                    out.push(lanes.store(turned[k]).0.map(f32::to_bits));
+                for column in lanes.turn(turned) {
+                    out.push(lanes.store(column).0.map(f32::to_bits));
                 }
             }
             out

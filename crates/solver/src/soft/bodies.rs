@@ -145,11 +145,11 @@ impl<S: Wide> Records<S> {
         let mut bodies = self.gather(lanes, ids);
         let half = Real::all(lanes, 0.5);
         let d = <S::Vectors<f32> as Several<f32>>::LEN;
-        for k in 0..d {
-            bodies.velocity[k] = half * (start[k] + bodies.velocity[k]);
+        for (v, start) in bodies.velocity.slice_mut().iter_mut().zip(&start) {
+            *v = half * (*start + *v);
         }
-        for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
-            bodies.spin[k] = half * (start[d + k] + bodies.spin[k]);
+        for (w, start) in bodies.spin.slice_mut().iter_mut().zip(&start[d..]) {
+            *w = half * (*start + *w);
         }
         bodies
     }
@@ -187,12 +187,8 @@ impl<S: Wide> Records<S> {
     pub fn scatter<L: Lanes>(&mut self, ids: &[u32; WIDTH], bodies: &Eightfold<S, L>) {
         let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
         let mut rows = bodies.rows;
-        for k in 0..d {
-            rows[k] = bodies.velocity[k];
-        }
-        for k in 0..a {
-            rows[d + k] = bodies.spin[k];
-        }
+        rows[..d].copy_from_slice(bodies.velocity.slice());
+        rows[d..d + a].copy_from_slice(bodies.spin.slice());
         let rows = Real::turn(rows);
         for k in 0..WIDTH {
             self.motion[ids[k] as usize] = rows[k].store();

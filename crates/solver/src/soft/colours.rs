@@ -106,7 +106,7 @@ mod tests {
         colours.paint(100, &pairs, |i| i == 0);
         let mut seen = vec![false; pairs.len()];
         for window in colours.starts.windows(2) {
-            let mut touched = vec![false; 100];
+            let mut touched = [false; 100];
             for &k in &colours.order[window[0]..window[1]] {
                 seen[k as usize] = true;
                 let (a, b) = pairs[k as usize];

@@ -83,6 +83,35 @@ fn gaps<S: Wide, L: Lanes>(
     out
 }
 
+/// Impulses that a pack's points would take alone, and what of their effective masses a change of velocity meets.
+#[inline(always)]
+fn wanted<S: Wide, L: Lanes>(
+    lanes: L,
+    pack: &Pack<S>,
+    masses: &Masses<S, L>,
+    gaps: &S::Points<Real<L>>,
+    twist: &S::Vectors<Real<L>>,
+    spring: &Spring,
+) -> (S::Points<Real<L>>, S::Points<Real<L>>) {
+    let zero = Real::all(lanes, 0.0);
+    let (all, rate) = (Real::all(lanes, 1.0 / spring.h), Real::all(lanes, spring.bias_rate));
+    let (mass_share, impulse_share) =
+        (Real::all(lanes, spring.mass_share), Real::all(lanes, spring.impulse_share));
+    let push = Real::all(lanes, -spring.push_speed);
+    let (mut wanted, mut stiff) = (*gaps, *gaps);
+    for i in 0..<S::Points<f32> as Several<f32>>::LEN {
+        let lever = lever::<S, L>(lanes, pack, i);
+        let velocity = inner(&lever, twist);
+        let impulse = Real::load(lanes, &pack.points[i].impulse);
+        let closes = velocity + gaps[i] * all;
+        let pushes = velocity + (gaps[i] * rate).max(push);
+        let soft = impulse - masses.points[i] * mass_share * pushes - impulse_share * impulse;
+        wanted[i] = zero.if_less(gaps[i], impulse - masses.points[i] * closes, soft);
+        stiff[i] = masses.points[i] * zero.if_less(gaps[i], zero.like(1.0), mass_share);
+    }
+    (wanted, stiff)
+}
+
 /// Friction's new impulses: the disc of `limit` for those along tangents, `twist_limit` for that about the normal.
 #[inline(always)]
 fn rub<S: Wide, L: Lanes>(
@@ -126,33 +155,18 @@ pub fn sweep<S: Wide, L: Lanes>(
     let frame = Frame::of(lanes, pack);
     let gaps = gaps(lanes, pack, &frame, records);
     let (mut a, mut b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
-    let (mut normal_twist, slip_twist) = frame.twist(&a, &b);
+    let (mut normal_twist, mut slip_twist) = frame.twist(&a, &b);
     let masses = Masses::<S, L>::load(lanes, &pack.masses);
     let zero = Real::all(lanes, 0.0);
     let mut pressing = S::Vectors::all(zero);
     let mut sum = zero;
     if beside.resists {
         // the couplings between points know nothing of it: it comes first, and they see what it left
-        roll(lanes, pack, beside, &frame, &normal_twist, relaxes, &mut a, &mut b);
+        roll(lanes, pack, beside, &frame, &normal_twist, relaxes, [&mut a, &mut b]);
         normal_twist = frame.twist(&a, &b).0;
     }
-    let (all, rate) = (Real::all(lanes, 1.0 / spring.h), Real::all(lanes, spring.bias_rate));
-    let (mass_share, impulse_share) =
-        (Real::all(lanes, spring.mass_share), Real::all(lanes, spring.impulse_share));
-    let push = Real::all(lanes, -spring.push_speed);
-    let mut wanted = gaps;
+    let (mut wanted, stiff) = wanted(lanes, pack, &masses, &gaps, &normal_twist, spring);
     let mut change = gaps;
-    let mut stiff = gaps;
-    for i in 0..points {
-        let lever = lever::<S, L>(lanes, pack, i);
-        let velocity = inner(&lever, &normal_twist);
-        let impulse = Real::load(lanes, &pack.points[i].impulse);
-        let closes = velocity + gaps[i] * all;
-        let pushes = velocity + (gaps[i] * rate).max(push);
-        let soft = impulse - masses.points[i] * mass_share * pushes - impulse_share * impulse;
-        wanted[i] = zero.if_less(gaps[i], impulse - masses.points[i] * closes, soft);
-        stiff[i] = masses.points[i] * zero.if_less(gaps[i], zero.like(1.0), mass_share);
-    }
     for i in 0..points {
         let impulse = Real::load(lanes, &pack.points[i].impulse);
         let new = wanted[i].max(zero);
@@ -170,7 +184,10 @@ pub fn sweep<S: Wide, L: Lanes>(
             beside.total[i] = (Real::load(lanes, &beside.total[i]) + new).store();
         }
     }
-    let rubbing = friction(lanes, pack, beside, &masses, &pressing, slip_twist, sum, relaxes);
+    for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
+        slip_twist[k] += inner(&masses.coupling[k], &pressing);
+    }
+    let rubbing = friction(lanes, pack, beside, &masses, &slip_twist, sum, relaxes);
     if kind == Sweep::Last {
         let mut worst = zero;
         for i in 0..points {
@@ -186,26 +203,24 @@ pub fn sweep<S: Wide, L: Lanes>(
     records.scatter(&pack.b, &b);
 }
 
-/// Friction of a pack after its normal impulses changed by `pressing`; returns what it changed.
+/// Friction of a pack by the velocities that its normal impulses left; returns what it changed.
 #[inline(always)]
 fn friction<S: Wide, L: Lanes>(
     lanes: L,
     pack: &mut Pack<S>,
     beside: &mut Beside<S>,
     masses: &Masses<S, L>,
-    pressing: &S::Vectors<Real<L>>,
-    mut velocity: S::Spins<Real<L>>,
+    velocity: &S::Spins<Real<L>>,
     sum: Real<L>,
     relaxes: bool,
 ) -> S::Spins<Real<L>> {
     let spins = <S::Spins<f32> as Several<f32>>::LEN;
-    let mut old = velocity;
+    let mut old = *velocity;
     for k in 0..spins {
-        velocity[k] += inner(&masses.coupling[k], pressing);
         old[k] = Real::load(lanes, &pack.rubbing[k]);
     }
     let limit = Real::load(lanes, &pack.friction) * sum;
-    let new = rub(&old, &velocity, masses, limit, Real::load(lanes, &pack.twisting) * sum);
+    let new = rub(&old, velocity, masses, limit, Real::load(lanes, &pack.twisting) * sum);
     let mut change = new;
     for k in 0..spins {
         change[k] = new[k] - old[k];
@@ -226,8 +241,7 @@ fn roll<S: Wide, L: Lanes>(
     frame: &Frame<S, L>,
     twist: &S::Vectors<Real<L>>,
     relaxes: bool,
-    a: &mut Eightfold<S, L>,
-    b: &mut Eightfold<S, L>,
+    [a, b]: [&mut Eightfold<S, L>; 2],
 ) {
     let zero = Real::all(lanes, 0.0);
     let mut sum = zero;

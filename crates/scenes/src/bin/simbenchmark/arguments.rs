@@ -9,7 +9,8 @@ simbenchmark: carom on the tasks of SimBenchmark, beside the published figures
 
   --dt A,B          lengths of steps in s [1e-3,1e-2,1e-1, and 1e-4 for bouncing]
   --tasks A,B       rolling_oblique, rolling_along, bouncing, 666, elastic_666 [all]
-  --schemes A,B     events, events_within_the_step (plastic arrivals without their moments), fixed_step
+  --schemes A,B     events, events_within_the_step (plastic arrivals without their moments), fixed_step,
+                    soft_step
                     [events, fixed_step]
   --tolerance X     residual that solves of events aim at, over |g| dt [1e-12, the scheme's default]; at 1e-8 balls at
                     rest creep 1e-11 m into the ground, more than 666 may
@@ -79,6 +80,7 @@ fn scheme(word: &str) -> Option<(Scheme, PlasticArrivals)> {
         "events" => Some((Scheme::Events, PlasticArrivals::AtTheirMoment)),
         "events_within_the_step" => Some((Scheme::Events, PlasticArrivals::WithinTheStep)),
         "fixed_step" => Some((Scheme::FixedStep, PlasticArrivals::AtTheirMoment)),
+        "soft_step" => Some((Scheme::SoftStep, PlasticArrivals::AtTheirMoment)),
         _ => None,
     }
 }

@@ -17,6 +17,7 @@ fn engine(choice: &Choice) -> &'static str {
         (Scheme::Events, PlasticArrivals::AtTheirMoment) => "carom events",
         (Scheme::Events, PlasticArrivals::WithinTheStep) => "carom within",
         (Scheme::FixedStep, _) => "carom fixed_step",
+        (Scheme::SoftStep, _) => "carom soft_step",
     }
 }
 

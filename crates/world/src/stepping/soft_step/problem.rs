@@ -50,12 +50,11 @@ impl<S: Geometry> Rigid<S> {
         self.inverse_masses.clear();
         self.inverse_masses.extend((0..bodies.len()).map(|i| bodies.inverse_mass(i)));
         self.free.clear();
-        for i in 0..bodies.len() {
+        for (i, (load, inverse)) in loads.iter().zip(&self.inverse_masses).enumerate() {
             let mut v = bodies.motion.twist(i);
             if bodies.is_dynamic(i) {
-                let inverse = &self.inverse_masses[i];
-                v.linear += (step.gravity + loads[i].force * inverse.linear) * step.dt;
-                v.angular += inverse.angular.apply(loads[i].torque) * step.dt;
+                v.linear += (step.gravity + load.force * inverse.linear) * step.dt;
+                v.angular += inverse.angular.apply(load.torque) * step.dt;
             }
             self.free.push(v);
         }

@@ -1,0 +1,59 @@
+//! carom, by any of its schemes and solvers: settings are carom's own but for gravity and the step's length.
+
+use crate::engine::{Engine, Spent, timed};
+use crate::scene::{DT, FRICTION, Kind, Scene};
+use carom::{BodySpec, Geometry, Pose, Scheme, Settings, SolverKind, World};
+
+/// What races when `carom` is asked for without a scheme: `SCHEME` or `SCHEME:SOLVER`, as [`build`] reads them.
+pub const RACING: [&str; 2] = ["soft_step", "fixed_step:pgs"];
+
+/// A world of carom.
+struct Ours<S: Geometry> {
+    world: World<S>,
+}
+
+/// A scene in carom by `SCHEME` or `SCHEME:SOLVER`, both by the names that scene files use.
+///
+/// # Errors
+/// An unknown scheme or solver, or what carom refuses in the scene.
+pub fn build<S: Geometry>(scene: &Scene<S>, way: &str) -> Result<Box<dyn Engine<S>>, String> {
+    let mut world = World::new(settings::<S>(way)?).map_err(|e| e.to_string())?;
+    for (k, body) in scene.bodies.iter().enumerate() {
+        let spec = match body.kind {
+            Kind::Dynamic => BodySpec::dense(body.shape.clone(), body.density),
+            Kind::Fixed => BodySpec::fixed(body.shape.clone()),
+            Kind::Kinematic => BodySpec::kinematic(body.shape.clone()),
+        };
+        let spec = spec.with_origin_at(body.pose.position).turned(body.pose.rotation);
+        let spec = spec.moving(body.velocity).spinning(body.spin).friction(FRICTION);
+        world.add(&format!("b{k}"), spec).map_err(|e| e.to_string())?;
+    }
+    Ok(Box::new(Ours { world }))
+}
+
+/// The settings of a way of stepping.
+///
+/// # Errors
+/// An unknown scheme or solver.
+pub fn settings<S: Geometry>(way: &str) -> Result<Settings<S>, String> {
+    let (scheme, solver) = way.split_once(':').map_or((way, None), |(scheme, solver)| (scheme, Some(solver)));
+    let scheme: Scheme = serde_json::from_value(scheme.into()).map_err(|e| format!("carom: {e}"))?;
+    let solver = solver.map(str::parse::<SolverKind>).transpose()?;
+    let gravity = Scene::<S>::gravity();
+    Ok(Settings { dt: DT, gravity, scheme, solver, ..Settings::default() })
+}
+
+impl<S: Geometry> Engine<S> for Ours<S> {
+    fn step(&mut self) -> Result<Spent, String> {
+        let (report, spent) = timed(|| self.world.step(DT));
+        report.map_err(|e| e.to_string())?;
+        Ok(spent)
+    }
+    fn poses(&mut self) -> Result<Vec<Pose<S>>, String> {
+        let bodies = self.world.bodies();
+        Ok((0..bodies.len()).map(|i| bodies.shape_pose(i)).collect())
+    }
+    fn contacts(&mut self) -> Option<usize> {
+        Some(self.world.touches().len())
+    }
+}
