@@ -43,6 +43,9 @@ else:  # as a script beside its parts, without the package
 AT_ONCE = 16_384
 
 #: Checks by name, in the order they are told: what must hold, and the unit of value and bound.
+#: Closure of a soft step over the energy that went through it [1]: some twenty roundings of f32.
+SOFT_CLOSURE = 2e-6
+
 CHECKS = {
     "finite": ("every number is finite", "1"),
     "times": ("times increase by the steps' lengths, and frames lie on steps", "s"),
@@ -317,7 +320,11 @@ class _Looking:
         change = rows["kinetic"] + rows["potential"] - before
         self.checks["ledger"].see(change - total - rows["closure"], bound, number)
         scale = scale + np.abs(rows["gravity"]) + floor
-        self.checks["closure"].see(rows["closure"], self.closure * scale, number)
+        allowed = self.closure * scale
+        if self.file.settings.get("scheme") == "soft_step":
+            # velocities are f32 within the step: rounding of what went through it, which places do not raise
+            allowed = SOFT_CLOSURE * (kinetic + turned + np.abs(rows["gravity"])) + floor
+        self.checks["closure"].see(rows["closure"], allowed, number)
         # a solve that is off by the residual may give that times its impulses, each at most sqrt(2 m E)
         slack = 1e-9 * scale + rows["contacts"] * rows["residual"] * np.sqrt(2 * scale * self._mass())
         impacts = rows["impact_normal"] + rows["impact_friction"] + rows["rest_cut"]

@@ -91,8 +91,8 @@ class SoftSettings(Strict):
     )
     hertz: NotNegative | None = Field(
         default=None,
-        description="Frequency of the springs between bodies that move [Hz], twice that with obstacles; 30 when "
-        "absent.",
+        description="Frequency of the springs between bodies that move [Hz], twice that with obstacles; "
+        "30 when absent.",
     )
     damping_ratio: NotNegative | None = Field(
         default=None, description="Damping ratio of the springs [1]; 10 when absent."
