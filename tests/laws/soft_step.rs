@@ -94,9 +94,9 @@ pub fn a_block_slides_as_far_as_coulomb_says<S: Dimension>() {
 
 /// tan of the slope against mu.
 pub fn a_block_on_a_slope_stays_below_the_friction_angle_and_slides_above_it<S: Dimension>() {
-    let mu = 0.4;
+    let mu: f64 = 0.4;
     for share in [0.98, 1.02] {
-        let angle = (share * mu as f64).atan();
+        let angle = (share * mu).atan();
         let mut w = world::<S>(soft(1.0 / 240.0));
         let normal = S::at(angle.sin(), angle.cos());
         add(&mut w, "slope", BodySpec::fixed(S::wall(normal)).friction(mu));
