@@ -8,7 +8,7 @@ use carom_solver::{ContactProblem, Impulse, Impulses};
 use serde::{Deserialize, Serialize};
 
 /// Contact forces of the last step, sorted by id.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct WarmStart<S: Space> {
     /// Contact id, normal force \[N\], tangential force \[N\] in world axes.
@@ -28,6 +28,24 @@ pub struct WarmStart<S: Space> {
     /// Forces of patches of contact after a soft step, in the order of their pairs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub patches: Vec<crate::stepping::soft_step::PatchForce>,
+}
+
+impl<S: Space> Clone for WarmStart<S> {
+    fn clone(&self) -> Self {
+        let mut other = WarmStart::default();
+        other.clone_from(self);
+        other
+    }
+    /// Keeps this one's memory: a step keeps a copy of it every time.
+    fn clone_from(&mut self, other: &Self) {
+        let WarmStart { forces, moments, rows, joints, contacts, patches } = other;
+        self.forces.clone_from(forces);
+        self.moments.clone_from(moments);
+        self.rows.clone_from(rows);
+        self.joints.clone_from(joints);
+        self.contacts.clone_from(contacts);
+        self.patches.clone_from(patches);
+    }
 }
 
 impl<S: Space> WarmStart<S> {

@@ -8,7 +8,8 @@ use super::patch::{Patch, PatchResult};
 use super::prepare::{approach, prepare};
 use super::sweep::{Spring, Sweep, bounce, sweep};
 use carom_math::lanes::{Eight, Job, Lanes, WIDTH, dispatch};
-use carom_math::{Several, Wide};
+use carom_math::{Planar, Several, Spatial, Wide};
+use std::any::Any;
 
 /// Choices of the soft solver.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +78,16 @@ impl<S: Wide> Job for Steps<'_, S> {
     }
 }
 
+#[inline(never)]
+fn steps_in_the_plane(solver: &mut SoftSolver<Planar>, choice: &SoftChoice) {
+    dispatch(Steps(solver, *choice));
+}
+
+#[inline(never)]
+fn steps_in_space(solver: &mut SoftSolver<Spatial>, choice: &SoftChoice) {
+    dispatch(Steps(solver, *choice));
+}
+
 impl<S: Wide> SoftSolver<S> {
     /// Forgets bodies and patches.
     pub fn begin(&mut self) {
@@ -91,7 +102,13 @@ impl<S: Wide> SoftSolver<S> {
     /// Takes all substeps with these patches; `fixed` tells which records are obstacles.
     pub fn advance(&mut self, patches: &[Patch<S>], fixed: impl Fn(u32) -> bool, choice: &SoftChoice) {
         self.pack(patches, fixed);
-        dispatch(Steps(self, *choice));
+        // found by type, so that the lanes of both spaces are compiled here, once, and not in every program above
+        let either: &mut dyn Any = self;
+        if let Some(planar) = either.downcast_mut() {
+            steps_in_the_plane(planar, choice);
+        } else if let Some(spatial) = either.downcast_mut() {
+            steps_in_space(spatial, choice);
+        }
     }
 
     /// Sorts patches into packs by colour.
@@ -209,7 +226,6 @@ mod tests {
     use super::super::patch::PatchPoint;
     use super::*;
     use carom_math::lanes::Portable;
-    use carom_math::{Planar, Spatial};
 
     /// Numbers in -1 to 1 that look random.
     struct Dice(u32);

@@ -85,7 +85,9 @@ impl<S: Geometry> Again<'_, S> {
         };
         let turn = before.inverse().then(&now);
         let d = &self.bodies.data[i];
-        let angle = turn.vector().norm();
+        // a small turn is as long as its numbers are apart, of a quaternion twice as long
+        let apart = now.as_slice().iter().zip(before.as_slice()).map(|(a, b)| (a - b) * (a - b));
+        let angle = apart.sum::<f64>().sqrt() * if S::SPIN == 1 { 1.0 } else { 2.0 };
         let arm = 0.5 * d.extent + d.mass_properties.center.norm();
         let drift = by.norm() + if angle > 0.0 { angle * arm } else { 0.0 };
         Moved { from, by, turn: Some(turn), drift }

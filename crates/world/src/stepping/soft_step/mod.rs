@@ -47,6 +47,8 @@ pub struct SoftStep<S: Geometry> {
     fixed: Vec<bool>,
     /// Pairs whose contacts of an earlier step are used again, ascending by their bodies' serials.
     again: Vec<(u64, u64)>,
+    /// The patches remembered before the last step: memory to be used again.
+    before: Vec<PatchForce>,
     /// Velocities at the step's start, turning as free motion does in the mean.
     start: Vec<Twist<S>>,
     /// What free rotation adds to the spin at the step's end.
@@ -75,6 +77,7 @@ impl<S: Geometry> Default for SoftStep<S> {
             body_of: Vec::new(),
             fixed: Vec::new(),
             again: Vec::new(),
+            before: Vec::new(),
             start: Vec::new(),
             after: Vec::new(),
             loads: Vec::new(),

@@ -86,14 +86,18 @@ impl<S: Geometry> SoftStep<S> {
             centre += touch(i).point;
         }
         let centre = centre * (1.0 / n as f64);
+        let mut tangents = [t.normal; 2];
+        for (k, tangent) in tangents.iter_mut().enumerate().take(S::SLIP) {
+            *tangent = S::tangent(t.normal, k);
+        }
         let apart = PatchPoint { place: S::Slips::all(0.0), gap: f32::INFINITY, impulse: 0.0 };
         let mut points: S::Points<PatchPoint<S>> = S::Points::all(apart);
         let mut lever = 0.0;
         for i in 0..n {
             let from_centre = touch(i).point - centre;
             lever += from_centre.norm() / n as f64;
-            for k in 0..S::SLIP {
-                points[i].place[k] = from_centre.dot(S::tangent(t.normal, k)) as f32;
+            for (k, tangent) in tangents.iter().enumerate().take(S::SLIP) {
+                points[i].place[k] = from_centre.dot(*tangent) as f32;
             }
             points[i].gap = touch(i).gap as f32;
         }
@@ -133,15 +137,15 @@ impl<S: Geometry> SoftStep<S> {
 
     /// Keeps the last substep's impulses as forces.
     pub(super) fn remember(
-        &self,
+        &mut self,
         bodies: &Bodies<S>,
         touches: &[Touch<S>],
         warm: &mut WarmStart<S>,
         choice: &SoftChoice,
     ) {
-        let before = std::mem::take(&mut warm.patches);
-        let (mut walk, mut again) = (Walk::new(&before), self.again.iter().peekable());
+        std::mem::swap(&mut self.before, &mut warm.patches);
         warm.clear();
+        let (mut walk, mut again) = (Walk::new(&self.before), self.again.iter().peekable());
         let rate = 1.0 / f64::from(choice.h);
         for (k, members) in self.members.iter().enumerate() {
             let told = self.solver.result(k);
