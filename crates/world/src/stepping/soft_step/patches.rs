@@ -70,6 +70,10 @@ impl<S: Geometry> SoftStep<S> {
         }
         let mut taken = 0u64;
         for m in begun..self.members.len() {
+            // A sweep takes points one after another, and what it has not yet evened out leans towards the first. Ids
+            // order them as if by chance, so that a tall wall does not lean the same way in every row.
+            let points = count::<S>(&self.members[m]);
+            self.members[m].slice_mut()[..points].sort_unstable_by_key(|m| touches[*m as usize].id);
             let mut patch = self.fresh(bodies, touches, &self.members[m]);
             warm_patch(&mut patch, touches, &self.members[m], before, &mut taken, choice.h);
             self.patches.push(patch);
