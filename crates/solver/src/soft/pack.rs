@@ -1,4 +1,4 @@
-//! Eight patches of one colour side by side, as they lie in memory: 176 bytes a patch in space, 84 in the plane.
+//! Eight patches of one colour side by side, as they lie in memory: 172 bytes a patch in space, 84 in the plane.
 //! Numbers that only precondition the sweep (masses, couplings) have eight bits of mantissa: at its fixed point all
 //! increments vanish, so they move the way there and not the answer. Coefficients, arms, gaps and impulses are f32.
 
