@@ -22,7 +22,7 @@ help:
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
 	@echo "make heaps   boxes and hulls in a bin, 1000 bodies poured, a Kapla tower for 600 s: energy, overlap, books, cost; long"
 	@echo "make bench-contact    contact solvers beside Siconos and Pinocchio on public problems, as ratios"
-	@echo "make docs    documentation of the Rust crates, and a check of the pages"
+	@echo "make docs    the site in site/: guides, theory, gallery, API of Python and Rust; links and code checked"
 
 # --- set-up: a stamp per step, so that nothing runs twice and nothing needs the network twice ---
 
@@ -170,12 +170,22 @@ bench-contact-stress: $(VENV)/tools $(CONTACT)
 	$(CONTACT) stress --folder $(BENCH)/target/flat --seeds $(SEEDS) --out $(BENCH)/results \
 	  $(if $(SOLVERS),--solvers $(SOLVERS))
 
+# the site, in site/: gallery, pages, rustdoc, and a check of links, anchors, requests to outside and public names. A gallery's
+# page is made again only when its program or the package has changed; DOCTREES keeps what Sphinx has read.
+DOCTREES := target/doctrees
 docs: $(VENV)/package
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
+	$(BIN)/python tools/make_gallery.py
+	$(BIN)/python tools/make_site_tables.py
+	$(BIN)/sphinx-build -q -W --keep-going -j 2 -b html -d $(DOCTREES) docs site
+	rm -rf site/rust && cp -r target/doc site/rust
+	if [ -d docs/gallery/made/replays ]; then rm -rf site/gallery/made/replays && cp -r docs/gallery/made/replays site/gallery/made/; fi
+	$(BIN)/python tools/check_site.py site
 	$(BIN)/python -m pytest tests/contracts
+	@echo "Site: site/index.html"
 
 wheel: $(VENV)/tools
 	$(BIN)/maturin build --release --locked --out dist
 
 clean:
-	rm -rf target out dist $(VENV) crates/bench/target
+	rm -rf target out dist site docs/_made docs/gallery/made $(VENV) crates/bench/target

@@ -7,7 +7,7 @@ when only some of them are frames. Knows no physics and no worlds.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -83,6 +83,22 @@ class Ledger:
         """Work of each cause over the whole run, and the closure [J]."""
         found = {name: float(work[-1]) if len(work) else 0.0 for name, work in self.lines.items()}
         return {**found, "closure": float(self.closure[-1]) if len(self.closure) else 0.0}
+
+    def plot(self, lines: Sequence[str] | None = None) -> Figure:
+        """A figure: energies and works by cause above, the closure below [J].
+
+        Parameters
+        ----------
+        lines : names of the works to draw; those above a thousandth of the energy that moved when absent
+
+        Raises
+        ------
+        CaromError
+            When a line is unknown.
+        """
+        from carom._plot_ledger import plot_ledger
+
+        return plot_ledger(self, lines)
 
     def __repr__(self) -> str:
         """Totals of all lines."""
