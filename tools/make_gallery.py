@@ -24,6 +24,8 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPTS = ROOT / "examples/gallery"
 MADE = ROOT / "docs/gallery/made"
+#: A replay takes about this much beside the page itself; longer runs are thinned [bytes].
+MOST_BYTES = 2_500_000
 #: Scenes in the order in which they are shown.
 ORDER = (
     "newtons_cradle", "brick", "seven_objects", "heavy_top", "dzhanibekov", "card_house", "arch",
@@ -47,7 +49,7 @@ def replay(run: Any, stem: str) -> str:
         return ""
     target = MADE / "replays" / f"{stem}.html"
     target.parent.mkdir(exist_ok=True)
-    run.to_html(target)
+    run.to_html(target, max_bytes=MOST_BYTES, explain_seconds=1.0)
     size = target.stat().st_size / 1e6
     return (
         f'<button class="replay" data-page="replays/{target.name}">Show the replay ({size:.1f} MB)</button>'

@@ -9,14 +9,14 @@
 ['x [m]']
 
 Bodies are drawn where they are, or where a run had them. Colours are Okabe and Ito's, one after another, or
-those that are asked for; obstacles are grey. Needs numpy, scipy and matplotlib, and no graphics card. A
-run's file does not hold shapes: a picture of it needs the world that made it.
+those that are asked for; obstacles are grey. Needs numpy, scipy and matplotlib, and no graphics card.
+Of a run in an old file, which holds no shapes, see `carom.player.shapes`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -29,9 +29,8 @@ from matplotlib.path import Path as Outline
 from carom._outline import matrix_of, outlines, solids
 from carom._render import Camera, Scene, looking, render
 from carom.errors import BuildError
-
-if TYPE_CHECKING:
-    from carom.recorded import Run
+from carom.player.shapes import shapes_of_run
+from carom.recorded import Run
 
 Floats = npt.NDArray[np.float64]
 Colors = str | Mapping[str, str] | Callable[[str], str] | None
@@ -43,7 +42,7 @@ OBSTACLE, INK, ARROW = "#D5D8DC", "#22272E", "#B00040"
 
 
 def draw(
-    world: Any,
+    what: Any,
     axes: Axes | None = None,
     *,
     run: Run | None = None,
@@ -58,13 +57,15 @@ def draw(
     size: tuple[float, float] = (7.5, 4.6),
     dots: int = 140,
 ) -> Figure:
-    """Draws a world.
+    """Draws a world as it is, or a run at a moment.
 
     Parameters
     ----------
+    what : a world, or a recorded run
     axes : to draw into; a figure of `size` inches when absent
-    run, t : where a run had the bodies at the recorded frame nearest to `t` [s], its last one when `t` is
-        absent; where they are now when there is no run
+    run : draw a world with its bodies where this run of it had them; its distance joints are drawn too, as
+        strings, where it is there still
+    t : of a run, the moment [s] whose nearest recorded frame is drawn; the last one when absent
     colors : one colour, or colours by body's name; Okabe and Ito's one after another when absent
     impulses : whether to draw the impulses of that moment's contacts as arrows, the longest a fifth of the
         view: what the upper of the two bodies got, or the one that can move
@@ -83,11 +84,12 @@ def draw(
     figure = Figure(figsize=size, layout="constrained") if axes is None else None
     target = axes if axes is not None else figure.add_subplot() if figure is not None else None
     assert target is not None
-    if run is not None and run.names != tuple(world.names):
+    world, shown = (None, what) if isinstance(what, Run) else (what, run)
+    if world is not None and run is not None and run.names != tuple(world.names):
         remedy = "draw it with the world that made it"
         raise BuildError(f"draw: the run has other bodies than the world; {remedy}", field="run", value=run,
                          remedy=remedy)  # fmt: skip
-    scene = _Bodies(world, run, t, colors)
+    scene = _Bodies(world, shown, t, colors)
     if scene.dimension == 2:
         _plane(scene, target, view, zoom, ghosts)
     else:
@@ -99,24 +101,30 @@ def draw(
 
 
 class _Bodies:
-    """Names, shapes, poses and colours of what is drawn."""
+    """Names, shapes, poses and colours of what is drawn: of a world, of a run, or of a run with its world."""
 
     def __init__(self, world: Any, run: Run | None, t: float | None, colors: Colors) -> None:
         self.world, self.run = world, run
-        self.names = tuple(world.names)
         self.frame = -1
         if run is None:
+            self.names = tuple(world.names)
             self.position, self.rotation = np.array(world.position), np.array(world.rotation)
             self.contacts, self.time = world.contacts, float(world.time)
+            bodies = [world[name] for name in self.names]
+            self.moves = np.array([body.kind == "dynamic" for body in bodies], dtype=bool)
+            self.tables = [None if body.shape is None else body.shape.to_dict() for body in bodies]
+            centers = [_centre(body) for body in bodies]
         else:
+            self.names = run.names
             self.frame = len(run.time) - 1 if t is None else int(np.argmin(np.abs(run.time - t)))
             self.position, self.rotation = run.position[self.frame], run.rotation[self.frame]
             self.contacts, self.time = run.contacts[self.frame], float(run.time[self.frame])
+            shapes = shapes_of_run(run)
+            self.moves = np.array(run.header.kind == 0, dtype=bool)
+            self.tables = [None if row < 0 else dict(shapes.tables[row]) for row in shapes.index]
+            centers = [center * moves for center, moves in zip(shapes.center, self.moves, strict=True)]
+        self.offset = centers
         self.dimension = self.position.shape[1]
-        bodies = [world[name] for name in self.names]
-        self.moves = np.array([body.kind == "dynamic" for body in bodies])
-        self.tables = [None if body.shape is None else body.shape.to_dict() for body in bodies]
-        self.offset = [_centre(body) for body in bodies]
         pairs = zip(self.tables, self.offset, self.moves, strict=True)
         self.spread = np.array([_spread(table, centre) if moves else 0.0 for table, centre, moves in pairs])
         rank = np.cumsum(self.moves) - 1
@@ -182,7 +190,7 @@ def _plane(scene: _Bodies, axes: Axes, view: Any, zoom: float, ghosts: int) -> N
 
 def _strings(scene: _Bodies, axes: Axes) -> None:
     """Distance joints as lines, where the world is at the moment that is drawn."""
-    if not np.array_equal(scene.position, np.array(scene.world.position)):
+    if scene.world is None or not np.array_equal(scene.position, np.array(scene.world.position)):
         return
     for joint in getattr(scene.world, "joints", {}).values():
         if joint.kind == "distance":

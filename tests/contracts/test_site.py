@@ -41,7 +41,7 @@ def test_a_scene_says_what_to_look_at_and_saves_one_picture(path: Path) -> None:
 @pytest.mark.parametrize("name", QUICK)
 def test_a_quick_scene_runs_without_a_warning(name: str, tmp_path: Path) -> None:
     script = ROOT / f"examples/gallery/{name}.py"
-    command = [sys.executable, "-W", "error", script]
+    command = [sys.executable, "-W", "error", str(script)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / f"{name}.svg").stat().st_size > 4000
