@@ -9,7 +9,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-player check-player player bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
+.PHONY: help demo test test-player check-player player bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings, replay pages and plots to out/"
@@ -25,6 +25,7 @@ help:
 	@echo "make heaps   boxes and hulls in a bin, 1000 bodies poured, a Kapla tower for 600 s: energy, overlap, books, cost; long"
 	@echo "make bench-contact    contact solvers beside Siconos and Pinocchio on public problems, as ratios"
 	@echo "make docs    the site in site/: guides, theory, gallery, API of Python and Rust; links and code checked"
+	@echo "make look-at-site     the built site in a headless Chromium: formulas, requests, widths, replays; screenshots"
 
 # --- set-up: a stamp per step, so that nothing runs twice and nothing needs the network twice ---
 
@@ -223,6 +224,10 @@ docs: $(VENV)/package
 	$(BIN)/python tools/check_site.py site
 	$(BIN)/python -m pytest tests/contracts
 	@echo "Site: site/index.html"
+
+# the built site in a real browser: formulas, requests, widths, replays; and its screenshots. Two minutes.
+look-at-site: $(VENV)/package
+	$(BIN)/python tools/look_at_site.py site docs/screenshots
 
 wheel: $(VENV)/tools
 	$(BIN)/maturin build --release --locked --out dist

@@ -21,9 +21,9 @@ for k in range(200):
         (0.05, 0.065, 0.08)[k % 3],
     )
     w.add_body(f"disc{k}", planar.Circle(r), density=100.0, position=(x, y), friction=0.3)
-w.run(3.5, every=60)  # poured with few sweeps, then solved
+runs = {"pour, pgs": w.run(3.5, every=8)}  # with few sweeps, then solved
 w.solver, w.tolerance, w.iterations = "apgd", 1e-7, 20000
-runs = {"apgd": w.run(0.1)}
+runs["rest, apgd"] = w.run(0.1)
 figure = picture.draw(w, colors="#CFE3F2", view=(-1.05, 1.05, -0.05, 1.75), size=(7, 5.8))
 force = w.contacts["normal_impulse"] / w.dt
 for contact, f in zip(w.contacts, force, strict=True):
