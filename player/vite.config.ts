@@ -15,7 +15,10 @@ function digest(): string {
     .map((entry) => `${entry.parentPath.slice(fileURLToPath(root).length)}/${entry.name}`);
   const hash = createHash("sha256");
   for (const name of [...names, ...FILES].sort()) {
-    hash.update(`${name}\0`).update(readFileSync(new URL(name, root))).update("\0");
+    hash
+      .update(`${name}\0`)
+      .update(readFileSync(new URL(name, root)))
+      .update("\0");
   }
   return hash.digest("hex");
 }

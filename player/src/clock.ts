@@ -3,7 +3,7 @@
 type Listener = () => void;
 
 /** Speeds to choose from: simulated seconds per second [1]. */
-export const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 4, 10] as const;
+export const SPEEDS: readonly number[] = [0.05, 0.1, 0.25, 0.5, 1, 2, 4, 10];
 
 /** See the file's head. */
 export class Clock {

@@ -27,7 +27,7 @@ export interface KeyActions {
 /** Listens to keys, but not while the reader types or holds a modifier. */
 export function listenToKeys(clock: Clock, actions: KeyActions): void {
   const faster = (by: number): void => {
-    const at = SPEEDS.findIndex((speed) => speed === clock.speed);
+    const at = SPEEDS.indexOf(clock.speed);
     clock.setSpeed(SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, at + by))]);
   };
   const act: Record<string, (event: KeyboardEvent) => void> = {

@@ -7,8 +7,10 @@ export interface Line {
   name: string;
   unit: string;
   values: ArrayLike<number | null>;
-  /** Drawn as steps or dashes. */
+  /** Drawn with dashes. */
   dashed?: boolean;
+  /** Which of the theme's colours; its place among the chart's lines when absent. */
+  colour?: number;
 }
 
 /** A chart over time. */
@@ -59,20 +61,21 @@ export function chartsOf(replay: Replay, other?: Replay): Chart[] {
     { name: "Iterations", unit: "1", time, lines: one(replay, "iterations", "iterations", "1") },
     { name: "Deepest overlap", unit: "m", time, lines: overlap(replay) },
   ];
-  if (other) compare(charts, chartsOf(other), replay, other);
+  if (other) compare(charts, chartsOf(other), other);
   return charts.filter((chart) => chart.lines.length > 0);
 }
 
 /** Adds the other run's lines where both have them on the same moments, and the distance between the runs. */
-function compare(charts: Chart[], others: Chart[], replay: Replay, other: Replay): void {
+function compare(charts: Chart[], others: Chart[], other: Replay): void {
   for (const chart of charts) {
     const theirs = others.find(({ name }) => name === chart.name);
-    for (const line of chart.lines.slice(0, theirs ? 3 : 0)) {
+    const ours = theirs ? chart.lines.slice(0, 3) : [];
+    ours.forEach((line, colour) => {
       const same = theirs?.lines.find(({ name }) => name === line.name);
-      if (!theirs || !same || line.name === "tolerance") continue;
+      if (!theirs || !same || line.name === "tolerance") return;
       const values = resampled(theirs.time, same.values, chart.time);
-      chart.lines.push({ ...same, name: `${same.name} (2)`, values, dashed: true });
-    }
+      chart.lines.push({ ...same, name: `${same.name} (2)`, values, dashed: true, colour });
+    });
   }
   if (!other.payload.has("difference_time")) return;
   const read = (name: string): (number | null)[] =>
@@ -87,7 +90,6 @@ function compare(charts: Chart[], others: Chart[], replay: Replay, other: Replay
       { name: "mean", unit: "m", values: read("difference_mean") },
     ],
   });
-  void replay;
 }
 
 /** Values at other moments: those of the nearest moment at or before. */

@@ -94,9 +94,9 @@ export class Plot {
       ],
       series: [
         {},
-        ...this.chart.lines.map(({ name, dashed }, i) => ({
+        ...this.chart.lines.map(({ name, dashed, colour }, i) => ({
           label: name,
-          stroke: lines[(dashed ? i % 3 : i) % lines.length],
+          stroke: lines[(colour ?? i) % lines.length],
           width: 1.5,
           points: { show: false },
           ...(dashed ? { dash: [5, 4] } : {}),
@@ -114,9 +114,9 @@ export class Plot {
     const { lines } = theme();
     this.readout.replaceChildren();
     this.values.length = 0;
-    this.chart.lines.forEach(({ name, dashed }, i) => {
+    this.chart.lines.forEach(({ name, dashed, colour }, i) => {
       const mark = element("i", { class: dashed ? "mark dashed" : "mark" });
-      mark.style.color = lines[(dashed ? i % 3 : i) % lines.length];
+      mark.style.color = lines[(colour ?? i) % lines.length];
       const value = element("b");
       this.values.push(value);
       this.readout.append(element("span", {}, mark, `${name} `, value));

@@ -11,6 +11,7 @@ import {
   DynamicDrawUsage,
   Float32BufferAttribute,
   Group,
+  IcosahedronGeometry,
   InstancedMesh,
   LineBasicMaterial,
   LineSegments,
@@ -18,7 +19,6 @@ import {
   MeshBasicMaterial,
   Quaternion,
   type Raycaster,
-  SphereGeometry,
   Vector3,
 } from "three";
 import { islandsOf } from "../coupling";
@@ -40,7 +40,7 @@ export interface ArrowSettings {
 
 /** Arrows are at most this many times as long as the usual impulse's [1]. */
 const LONGEST = 3;
-/** Of more contacts than this the normals are not drawn until they are asked for. */
+/** Of more contacts than this normals are drawn on demand, and those that do nothing are not drawn. */
 const MANY = 300;
 const UP = new Vector3(0, 1, 0);
 
@@ -54,17 +54,25 @@ export class Arrows {
   private heads: InstancedMesh;
   private readonly ticks: LineSegments<BufferGeometry, LineBasicMaterial>;
   private room = 256;
+  /** Contacts that are drawn, in order. */
+  private readonly drawn: number[] = [];
 
   constructor(
     private readonly replay: Replay,
     /** Length of the usual arrow [m]. */
     private readonly unit: number,
   ) {
-    this.settings.normals =
-      replay.contacts(0).count < MANY && replay.contacts(replay.frames - 1).count < MANY;
-    this.points = instances(new SphereGeometry(1, 12, 8), this.room);
-    this.shafts = instances(new CylinderGeometry(1, 1, 1, 8).translate(0, 0.5, 0), this.room);
-    this.heads = instances(new ConeGeometry(1, 1, 12).translate(0, 0.5, 0), this.room);
+    const most = Math.max(
+      ...[0, replay.frames >> 1, replay.frames - 1].map((at) => replay.contacts(at).count),
+    );
+    const many = most > MANY;
+    this.settings.normals = !many;
+    this.points = instances(new IcosahedronGeometry(1, many ? 0 : 2), this.room);
+    this.shafts = instances(
+      new CylinderGeometry(1, 1, 1, many ? 3 : 8, 1, true).translate(0, 0.5, 0),
+      this.room,
+    );
+    this.heads = instances(new ConeGeometry(1, 1, many ? 4 : 12, 1, many).translate(0, 0.5, 0), this.room);
     const over = { depthTest: false, depthWrite: false, transparent: true };
     this.ticks = new LineSegments(new BufferGeometry(), new LineBasicMaterial(over));
     this.ticks.frustumCulled = false;
@@ -78,14 +86,17 @@ export class Arrows {
     this.contacts = contacts;
     this.grow(contacts.count);
     const colours = this.coloursOf(contacts, worst);
-    const lit = new Color(theme().chosen);
+    const light = new Color(theme().chosen);
     const ticks: number[] = [];
+    this.drawn.length = 0;
     for (let i = 0; i < contacts.count; i++) {
-      const colour = hovered.includes(i) ? lit : colours(i);
-      this.draw(contacts, i, colour, hovered.includes(i), ticks);
+      const lit = hovered.includes(i);
+      if (contacts.status[i] === 0 && contacts.count > MANY && !lit) continue;
+      this.draw(contacts, i, this.drawn.length, lit ? light : colours(i), lit, ticks);
+      this.drawn.push(i);
     }
     for (const mesh of [this.points, this.shafts, this.heads]) {
-      mesh.count = contacts.count;
+      mesh.count = this.drawn.length;
       mesh.instanceMatrix.needsUpdate = true;
       if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
     }
@@ -102,7 +113,7 @@ export class Arrows {
   pick(ray: Raycaster): number {
     if (!this.points.visible || this.points.count === 0) return -1;
     const [hit] = ray.intersectObject(this.points, false);
-    return hit?.instanceId ?? -1;
+    return hit?.instanceId === undefined ? -1 : this.drawn[hit.instanceId];
   }
 
   /** Colour of each contact. */
@@ -121,7 +132,14 @@ export class Arrows {
     return (i) => known[islands[i] % known.length];
   }
 
-  private draw(contacts: Contacts, i: number, colour: Color, lit: boolean, ticks: number[]): void {
+  private draw(
+    contacts: Contacts,
+    i: number,
+    slot: number,
+    colour: Color,
+    lit: boolean,
+    ticks: number[],
+  ): void {
     const d = this.replay.dimension;
     const read = (values: Float32Array, into: Vector3): Vector3 =>
       into.set(values[i * d], values[i * d + 1], d === 3 ? values[i * d + 2] : 0);
@@ -134,17 +152,18 @@ export class Arrows {
     impulse.multiplyScalar(this.sideOf(contacts, i, impulse));
     const thick = this.unit * (lit ? 0.06 : 0.032);
     const size = contacts.status[i] === 0 && !lit ? 0.45 * thick : thick;
-    this.points.setMatrixAt(i, MATRIX.compose(at, STILL, SIZE.setScalar(size)));
+    this.points.setMatrixAt(slot, MATRIX.compose(at, STILL, SIZE.setScalar(size)));
     const share = impulse.length() / this.replay.usualImpulse;
     const length = Math.min(share, LONGEST) * this.unit * this.settings.length;
     const head = Math.min(0.35 * length, 0.22 * this.unit);
     if (length > 1e-4 * this.unit) TURN.setFromUnitVectors(UP, impulse.normalize());
     else TURN.identity();
     const radius = Math.min(0.018 * this.unit, 0.1 * length);
-    this.shafts.setMatrixAt(i, MATRIX.compose(at, TURN, SIZE.set(radius, length - head, radius)));
+    this.shafts.setMatrixAt(slot, MATRIX.compose(at, TURN, SIZE.set(radius, length - head, radius)));
     TIP.copy(at).addScaledVector(impulse, length - head);
-    this.heads.setMatrixAt(i, MATRIX.compose(TIP, TURN, SIZE.set(0.3 * head, head, 0.3 * head)));
-    for (const mesh of [this.points, this.shafts, this.heads]) mesh.setColorAt(i, colour);
+    this.heads.setMatrixAt(slot, MATRIX.compose(TIP, TURN, SIZE.set(0.3 * head, head, 0.3 * head)));
+    for (const mesh of [this.points, this.shafts, this.heads]) mesh.setColorAt(slot, colour);
+    if (contacts.status[i] === 0) return; // nothing acts
     const tick = 0.16 * this.unit;
     ticks.push(at.x, at.y, at.z, at.x + normal.x * tick, at.y + normal.y * tick, at.z + normal.z * tick);
   }

@@ -35,12 +35,16 @@ interface Batch {
 
 /** Bounded obstacles of space are glass, for they often are boxes that things lie in [1]. */
 const GLASS = 0.3;
+/** Of more bodies than this each is drawn with fewer corners. */
+export const MANY = 300;
 /** Size of a body without a shape, as a share of the scene's [1]. */
 const PARTICLE = 0.006;
 
 /** See the file's head. */
 export class Bodies {
+  /** What moves, and obstacles. */
   readonly group = new Group();
+  readonly obstacles = new Group();
   private readonly batches: Batch[] = [];
   private shown = -1;
   private readonly position = new Float64Array(3);
@@ -51,10 +55,14 @@ export class Bodies {
     private readonly look: Look,
     reach: number,
   ) {
-    for (const [form, members] of gathered(replay, reach)) this.batches.push(this.batch(form, members));
-    for (const { fill, edges } of this.batches) {
-      if (fill) this.group.add(fill);
-      this.group.add(edges);
+    // a ghost has no obstacles: they are where those of the other run are
+    const drawn = (body: number): boolean => look === "solid" || replay.kind[body] !== 1;
+    for (const [form, members] of gathered(replay, reach, drawn))
+      this.batches.push(this.batch(form, members));
+    for (const { fill, edges, bodies } of this.batches) {
+      const group = replay.kind[bodies[0]] === 1 ? this.obstacles : this.group;
+      if (fill) group.add(fill);
+      group.add(edges);
     }
     this.recolour([], -1);
   }
@@ -190,18 +198,24 @@ function edgeMaterial(flat: boolean, ghost: boolean): LineBasicMaterial {
   });
 }
 
-/** All pieces of all bodies, by form. */
-function gathered(replay: Replay, reach: number): Map<Form, { body: number; place: Matrix4 }[]> {
+/** All pieces of all bodies that are drawn, by form. */
+function gathered(
+  replay: Replay,
+  reach: number,
+  drawn: (body: number) => boolean,
+): Map<Form, { body: number; place: Matrix4 }[]> {
   const d = replay.dimension;
-  const byShape = replay.table.shapes.map((shape) => piecesOf(shape, replay.table.space, reach));
+  const detail = { reach, round: replay.bodies > MANY ? 14 : 28 };
+  const byShape = replay.table.shapes.map((shape) => piecesOf(shape, replay.table.space, detail));
   const particle = piecesOf(
     { type: d === 2 ? "circle" : "sphere", radius: PARTICLE * reach },
     replay.table.space,
-    reach,
+    detail,
   );
   const forms = new Map<string, Form>();
   const found = new Map<Form, { body: number; place: Matrix4 }[]>();
   for (let body = 0; body < replay.bodies; body++) {
+    if (!drawn(body)) continue;
     const pieces: Piece[] = replay.shape[body] < 0 ? particle : byShape[replay.shape[body]];
     const center = [0, 1, 2].map((axis) => (axis < d ? replay.center[body * d + axis] : 0));
     for (const { form, place } of pieces) {

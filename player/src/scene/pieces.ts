@@ -14,22 +14,30 @@ export interface Form {
   make(): { fill: BufferGeometry | null; edges: BufferGeometry };
 }
 
+/** How shapes are drawn. */
+export interface Detail {
+  /** How far unbounded shapes are drawn [m]. */
+  reach: number;
+  /** Corners of a full turn. */
+  round: number;
+}
+
 /** A form at its place in the shape's frame. */
 export interface Piece {
   form: Form;
   place: Matrix4;
 }
 
-/** The pieces of a shape; `reach` is how far unbounded shapes are drawn [m]. */
-export function piecesOf(shape: ShapeTable, space: "planar" | "spatial", reach: number): Piece[] {
+/** The pieces of a shape. */
+export function piecesOf(shape: ShapeTable, space: "planar" | "spatial", detail: Detail): Piece[] {
   if (shape.type !== "compound") {
-    const form = space === "planar" ? planarForm(shape, reach) : spatialForm(shape, reach);
+    const form = space === "planar" ? planarForm(shape, detail.reach) : spatialForm(shape, detail);
     return [{ form, place: new Matrix4().makeScale(...form.size) }];
   }
   const parts = shape.parts as { pose: { position: number[]; rotation: number[] }; shape: ShapeTable }[];
   return parts.flatMap((part) => {
     const pose = poseOf(part.pose.position, part.pose.rotation);
-    return piecesOf(part.shape, space, reach).map(({ form, place }) => ({
+    return piecesOf(part.shape, space, detail).map(({ form, place }) => ({
       form,
       place: pose.clone().multiply(place),
     }));

@@ -16,32 +16,30 @@ import {
 } from "three";
 import { ConvexGeometry } from "three/addons/geometries/ConvexGeometry.js";
 import type { ShapeTable } from "../data/payload";
-import type { Form } from "./pieces";
+import type { Detail, Form } from "./pieces";
 
-/** Corners of a full turn. */
-const ROUND = 28;
 /** Faces that meet at more than this have an edge drawn between them [degrees]. */
 const SHARP = 25;
 
 /** The form of a shape of space. */
-export function spatialForm(shape: ShapeTable, reach: number): Form {
+export function spatialForm(shape: ShapeTable, { reach, round }: Detail): Form {
   const radius = shape.radius as number;
   const height = shape.height as number;
   switch (shape.type) {
     case "sphere":
-      return form("sphere", [radius, radius, radius], () => ball(1));
+      return form("sphere", [radius, radius, radius], () => ball(1, round));
     case "box":
       return form("box", shape.size as [number, number, number], () => solid(new BoxGeometry(1, 1, 1)));
     case "cylinder":
       return form("cylinder", [radius, radius, height], () =>
-        solid(upright(new CylinderGeometry(1, 1, 1, ROUND)), true),
+        solid(upright(new CylinderGeometry(1, 1, 1, round)), true),
       );
     case "cone":
       return form("cone", [radius, radius, height], () =>
-        solid(upright(new ConeGeometry(1, 1, ROUND)), true),
+        solid(upright(new ConeGeometry(1, 1, round)), true),
       );
     case "capsule":
-      return own(shape, () => capsule(radius, shape.length as number));
+      return own(shape, () => capsule(radius, shape.length as number, round));
     case "convex_hull":
       return own(shape, () => solid(hullOf(shape.points as number[][], 0)));
     case "round_convex_hull":
@@ -51,12 +49,15 @@ export function spatialForm(shape: ShapeTable, reach: number): Form {
     case "round_cylinder":
       return own(shape, () =>
         solid(
-          hullOf([...circle(radius, height / 2), ...circle(radius, -height / 2)], shape.rounding as number),
+          hullOf(
+            [...circle(radius, height / 2, round), ...circle(radius, -height / 2, round)],
+            shape.rounding as number,
+          ),
         ),
       );
     case "round_cone":
       return own(shape, () =>
-        solid(hullOf([...circle(radius, -height / 2), [0, 0, height / 2]], shape.rounding as number)),
+        solid(hullOf([...circle(radius, -height / 2, round), [0, 0, height / 2]], shape.rounding as number)),
       );
     case "tri_mesh":
       return own(shape, () => mesh(shape.vertices as number[][], (shape.triangles as number[][]).flat()));
@@ -65,7 +66,7 @@ export function spatialForm(shape: ShapeTable, reach: number): Form {
     case "half_space":
       return own(shape, () => halfSpace(shape.normal as number[], reach));
     case "cavity":
-      return own(shape, () => cavity(radius));
+      return own(shape, () => cavity(radius, 2 * round));
     default:
       throw new Error(`This page cannot draw the shape ${shape.type} of space.`);
   }
@@ -99,28 +100,28 @@ function upright(geometry: BufferGeometry): BufferGeometry {
 }
 
 /** A ball with two great circles. */
-function ball(radius: number): ReturnType<Form["make"]> {
+function ball(radius: number, round: number): ReturnType<Form["make"]> {
   const lines: number[] = [];
-  for (let i = 0; i < ROUND; i++) {
+  for (let i = 0; i < round; i++) {
     for (const axis of [0, 1]) {
       for (const k of [i, i + 1]) {
-        const [c, s] = [Math.cos((2 * Math.PI * k) / ROUND), Math.sin((2 * Math.PI * k) / ROUND)];
+        const [c, s] = [Math.cos((2 * Math.PI * k) / round), Math.sin((2 * Math.PI * k) / round)];
         const r = 1.003 * radius;
         lines.push(...(axis === 0 ? [r * c, r * s, 0] : [r * c, 0, r * s]));
       }
     }
   }
   const edges = new BufferGeometry().setAttribute("position", new Float32BufferAttribute(lines, 3));
-  return { fill: new SphereGeometry(radius, ROUND, ROUND / 2), edges };
+  return { fill: new SphereGeometry(radius, round, round / 2), edges };
 }
 
-function capsule(radius: number, length: number): ReturnType<Form["make"]> {
-  const fill = upright(new CapsuleGeometry(radius, length, 8, ROUND));
+function capsule(radius: number, length: number, round: number): ReturnType<Form["make"]> {
+  const fill = upright(new CapsuleGeometry(radius, length, Math.ceil(round / 4), round));
   const lines: number[] = [];
-  for (let i = 0; i < ROUND; i++)
+  for (let i = 0; i < round; i++)
     for (const z of [-length / 2, length / 2])
       for (const k of [i, i + 1]) {
-        const angle = (2 * Math.PI * k) / ROUND;
+        const angle = (2 * Math.PI * k) / round;
         lines.push(1.003 * radius * Math.cos(angle), 1.003 * radius * Math.sin(angle), z);
       }
   const r = 1.003 * radius;
@@ -134,9 +135,9 @@ function boxCorners([x, y, z]: number[]): number[][] {
   return signs.flatMap((i) => signs.flatMap((j) => signs.map((k) => [i * x, j * y, k * z])));
 }
 
-function circle(radius: number, z: number): number[][] {
-  return Array.from({ length: ROUND }, (_, i) => {
-    const angle = (2 * Math.PI * i) / ROUND;
+function circle(radius: number, z: number, round: number): number[][] {
+  return Array.from({ length: round }, (_, i) => {
+    const angle = (2 * Math.PI * i) / round;
     return [radius * Math.cos(angle), radius * Math.sin(angle), z];
   });
 }
@@ -196,9 +197,9 @@ function halfSpace(normal: number[], reach: number): ReturnType<Form["make"]> {
 }
 
 /** The inside of a ball, seen from where the reader stands: only the far wall hides anything. */
-function cavity(radius: number): ReturnType<Form["make"]> {
-  const { edges } = ball(radius);
-  const fill = new SphereGeometry(radius, 2 * ROUND, ROUND);
+function cavity(radius: number, round: number): ReturnType<Form["make"]> {
+  const { edges } = ball(radius, round);
+  const fill = new SphereGeometry(radius, round, round / 2);
   fill.userData.side = BackSide;
   fill.userData.surface = true;
   return { fill, edges };

@@ -23,7 +23,7 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { theme } from "../theme";
 
 /** A drawing that takes longer than this, in the median of nine, is made coarser [ms]. */
-const SLOW = 55;
+const SLOW = 70;
 /** Coarsest resolution, in pixels of the drawing per pixel of the page [1]. */
 const COARSEST = 0.6;
 
@@ -58,8 +58,9 @@ export class Stage {
     private readonly host: HTMLElement,
     private readonly flat: boolean,
     private readonly up: Vector3,
+    smooth: boolean,
   ) {
-    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new WebGLRenderer({ antialias: smooth, preserveDrawingBuffer: true });
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("aria-label", "the scene");
@@ -143,7 +144,8 @@ export class Stage {
       this.renderer.setScissor(from * width, 0, (to - from) * width, height);
       this.renderer.render(this.scene, this.camera);
     }
-    this.adapt(performance.now() - begun);
+    // the graphics processor works on after the calls have returned; the next frame of the page waits for it
+    requestAnimationFrame(() => this.adapt(performance.now() - begun));
   }
 
   /** The ray under a point of the page. */

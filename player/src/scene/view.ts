@@ -8,7 +8,7 @@ import { quantity } from "../format";
 import type { Selection } from "../selection";
 import { onTheme } from "../theme";
 import { Arrows } from "./arrows";
-import { Bodies } from "./bodies";
+import { Bodies, MANY } from "./bodies";
 import { extentOf } from "./extent";
 import { Stage } from "./stage";
 
@@ -39,10 +39,10 @@ export class SceneView {
     private readonly selection: Selection,
   ) {
     const extent = extentOf(replay);
-    this.stage = new Stage(host, replay.dimension === 2, upOf(replay));
+    this.stage = new Stage(host, replay.dimension === 2, upOf(replay), replay.bodies <= MANY);
     this.bodies = new Bodies(replay, "solid", extent.reach);
     this.arrows = new Arrows(replay, Math.min(extent.body, extent.reach / 16));
-    this.stage.add(this.bodies.group, this.arrows.group);
+    this.stage.add(this.bodies.obstacles, this.bodies.group, this.arrows.group);
     if (second) {
       this.other = new Bodies(second, "ghost", extent.reach);
       this.stage.add(this.other.group);
@@ -72,6 +72,7 @@ export class SceneView {
         : [];
     show(how !== "second", how !== "first")();
     this.stage.resize();
+    this.stage.reset();
   }
 
   /** Lets contacts show through bodies. */
