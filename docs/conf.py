@@ -19,7 +19,7 @@ copyright = "the carom developers; MIT OR Apache-2.0"
 release = version = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["gallery/made/cards.md"]
+exclude_patterns = ["gallery/made/cards.md", "_made", "screenshots"]
 suppress_warnings = ["myst.header", "ref.python"]
 nitpicky = False
 

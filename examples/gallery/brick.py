@@ -4,7 +4,8 @@ Bricks of 1 m by 0.2 m lie along x and are launched at 3 m/s in sixteen directio
 Coulomb's law slows each against its slip, so they go straight and stop on a circle. The lecture notes' box
 limits each tangent of a contact on its own: friction is up to 41 % too strong along the diagonals, and ways
 between them bend. Soft steps solve Coulomb's law on stiff springs with one friction point per face: straight
-again, to single precision.
+again, to single precision. What games do, a step along the inverse of the mass at the contact and a clamp,
+carom does not offer: see the slip direction errors of `slide` in [the race](../../engines.md#the-race).
 """
 
 import numpy as np
