@@ -18,7 +18,7 @@ author = "The carom developers"
 copyright = "the carom developers; MIT OR Apache-2.0"
 release = version = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
 exclude_patterns = ["gallery/made/cards.md", "_made", "screenshots"]
 suppress_warnings = ["myst.header", "ref.python"]
 nitpicky = False
@@ -29,11 +29,6 @@ myst_dmath_double_inline = True
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
-autodoc_default_options = {"members": True, "undoc-members": False, "inherited-members": False}
-napoleon_google_docstring = False
-napoleon_numpy_docstring = True
-napoleon_use_ivar = True
-napoleon_custom_sections = ["Fields"]
 default_role = "code"
 python_maximum_signature_line_length = 100
 add_module_names = False
@@ -72,16 +67,43 @@ def _block(writer: Any, node: nodes.math_block) -> None:
 _MARKUP = ((re.compile(r"(?<![\w|])\|(?=[\w(])"), r"\\|"), (re.compile(r"(?<=\s)\*(?=\w)"), r"\\*"))
 
 
+#: Headings of a docstring's sections; below them stand "names : meaning", or a name and its meaning below it.
+_SECTIONS = ("Attributes", "Parameters", "Fields", "Returns", "Raises", "Warns", "Yields")
+
+
 def _docstring(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    """Bars and lone stars outside code are formulas, no markup; code may have an s behind it."""
-    for number, line in enumerate(lines):
-        parts = re.split(r"(``.+?``|`[^`]+`)", line)
-        for k in range(0, len(parts), 2):
-            for pattern, put in _MARKUP:
-                parts[k] = pattern.sub(put, parts[k])
-            if k and parts[k][:1].isalnum():
-                parts[k] = "\\ " + parts[k]
-        lines[number] = "".join(parts)
+    """Sections become lists; bars and lone stars outside code are formulas, no markup."""
+    plain = [_escaped(line) for line in lines]
+    lines[:] = []
+    within = False
+    for number, line in enumerate(plain):
+        below = plain[number + 1] if number + 1 < len(plain) else ""
+        if line in _SECTIONS and set(below) == {"-"}:
+            lines += ["", f".. rubric:: {line}", ""]
+            within = True
+        elif within and set(line) == {"-"}:
+            continue
+        elif within and line and not line.startswith(" "):
+            if " : " in line:
+                names, meaning = line.split(" : ", 1)
+                lines.append(f"- **{names}** : {meaning}")
+            elif below.startswith(" "):
+                lines.append(f"- **{line}** :")
+            else:
+                within = False
+                lines += ["", line]
+        else:
+            lines.append(f"  {line.strip()}" if within and line else line)
+
+
+def _escaped(line: str) -> str:
+    parts = re.split(r"(``.+?``|`[^`]+`)", line)
+    for k in range(0, len(parts), 2):
+        for pattern, put in _MARKUP:
+            parts[k] = pattern.sub(put, parts[k])
+        if k and parts[k][:1].isalnum():
+            parts[k] = "\\ " + parts[k]
+    return "".join(parts)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -10,6 +10,7 @@ carom does not offer: see the slip direction errors of `slide` in [the race](../
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from carom import plotting, spatial
 
@@ -27,6 +28,6 @@ for axes, (label, settings) in zip(figure.subplots(1, 3, sharey=True), models.it
     for k in range(16):
         axes.plot(run.position[:, k + 1, 0], run.position[:, k + 1, 1], **plotting.style(k))
         axes.plot(*run.position[-1, k + 1, :2], "o", color=plotting.PALETTE[k % 10], markersize=4)
-    axes.add_patch(__import__("matplotlib").patches.Circle((0, 0), 9 / 9.81, fill=False, color="#999999"))
+    axes.add_patch(Circle((0, 0), 9 / 9.81, fill=False, color="#999999"))
     axes.set(title=label, xlabel="x [m]", ylabel="y [m]", aspect="equal")
 plotting.save_figure(figure, "brick.svg")
