@@ -203,7 +203,7 @@ def _contact_columns(contacts: Records, bodies: int) -> list[tuple[str, npt.NDAr
     number = np.uint16 if bodies < 65535 else np.int32
     point = contacts["point"]
     low = point.min(axis=0) if len(point) else np.zeros(point.shape[1])
-    span = float(np.ptp(point, axis=0).max(initial=0.0)) or 1.0
+    span = (float(np.ptp(point, axis=0).max()) if len(point) else 0.0) or 1.0
     place = np.rint((point - low) / span * 65535).astype(np.uint16)
     columns: list[tuple[str, npt.NDArray[Any], float]] = [
         ("contact_a", contacts["a"].astype(number), 1.0),
