@@ -68,7 +68,7 @@ export class App {
   seek(time: number): void {
     this.clock.pause();
     this.clock.seek(time);
-    this.view.stage.drawNow();
+    this.view.stage.drawFull();
   }
 
   /** A film as base64 of MP4; for programs. */
@@ -82,7 +82,7 @@ export class App {
     if (theme) switchTheme(theme);
     this.view.stage.resize();
     this.view.stage.reset();
-    this.view.stage.drawNow();
+    this.view.stage.drawFull();
   }
 
   private headerParts(replay: Replay, second: Replay | undefined): HTMLElement[] {

@@ -26,7 +26,6 @@ const told = await page.evaluate(async (frames) => {
   for (let i = 1; i <= frames; i++) {
     slider.value = String(Math.round((i * (clock.frames - 1)) / frames));
     slider.dispatchEvent(new Event("input"));
-    view.stage.drawNow();
     await next();
   }
   const seconds = (performance.now() - start) / 1000;

@@ -16,7 +16,11 @@ from carom import planar, spatial
 from carom.scene import load_scene
 
 #: Names that would break a page that read them as HTML or ended a script at them.
-HOSTILE = ("</script><script>window.broken = 1</script>", "<img src=x onerror='window.broken = 2'>", "Körper ☃ \u2028")
+HOSTILE = (
+    "</script><script>window.broken = 1</script>",
+    "<img src=x onerror='window.broken = 2'>",
+    "Körper ☃ \u2028",
+)
 
 
 def stack() -> Any:
@@ -26,7 +30,13 @@ def stack() -> Any:
     for i in range(3):
         world.add_body(f"box{i}", planar.Box(1, 1), density=2.0, position=(0, 0.5 + i), friction=0.5)
     world.add_body(
-        "disc", planar.Circle(0.4), density=1.0, position=(3, 1.4), velocity=(-2, 0), friction=0.5, restitution=0.5
+        "disc",
+        planar.Circle(0.4),
+        density=1.0,
+        position=(3, 1.4),
+        velocity=(-2, 0),
+        friction=0.5,
+        restitution=0.5,
     )
     return world
 
@@ -112,7 +122,9 @@ def small(folder: Path) -> None:
     gallery_planar().run(1.0, every=4).to_html(folder / "gallery-plane.html")
     gallery_spatial().run(1.0, every=4).to_html(folder / "gallery-space.html")
     hostile().run(0.3).to_html(folder / "hostile.html")
-    (folder / "notebook.html").write_text(f"<!doctype html><body>{run._repr_html_()}</body>", encoding="utf-8")
+    (folder / "notebook.html").write_text(
+        f"<!doctype html><body>{run._repr_html_()}</body>", encoding="utf-8"
+    )
 
 
 def large(folder: Path) -> None:

@@ -45,7 +45,9 @@ export class DrawingControls {
       element(
         "div",
         { class: "drawing-list" },
-        toggle("points", "draw points of contact", true, (points) => view.setArrows({ points })),
+        toggle("points", "draw points of contact", view.arrows.settings.points, (points) =>
+          view.setArrows({ points }),
+        ),
         toggle("normals", "draw normals", view.arrows.settings.normals, (normals) =>
           view.setArrows({ normals }),
         ),

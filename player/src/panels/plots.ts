@@ -18,7 +18,15 @@ export class PlotsPanel {
     if (!charts.length) this.root.append(element("p", { class: "hint" }, "No steps were recorded."));
     clock.onMove(() => this.showTime());
     onTheme(() => this.build());
+    this.root.addEventListener("scroll", () => this.showTime());
+    window.addEventListener("scroll", () => this.showTime());
     new ResizeObserver(() => this.fit()).observe(this.root);
+  }
+
+  /** Width for a chart [px]; charts stand a little into the panel's left margin. */
+  private get room(): number {
+    const { paddingLeft, paddingRight } = getComputedStyle(this.root);
+    return this.root.clientWidth - Number.parseFloat(paddingLeft) - Number.parseFloat(paddingRight) + 8;
   }
 
   private get visible(): boolean {
@@ -26,19 +34,21 @@ export class PlotsPanel {
   }
 
   private showTime(): void {
-    if (this.visible) for (const plot of this.plots) plot.showTime();
+    if (!this.visible) return;
+    const { top, bottom } = this.root.getBoundingClientRect();
+    for (const plot of this.plots) if (plot.isWithin(top, Math.min(bottom, innerHeight))) plot.showTime();
   }
 
   private fit(): void {
-    const width = this.root.clientWidth;
-    if (width === 0 || width === this.width) return;
+    const width = this.room;
+    if (width <= 0 || width === this.width) return;
     if (this.width === 0) this.build();
     else for (const plot of this.plots) plot.resize(width);
     this.width = width;
   }
 
   private build(): void {
-    const width = this.root.clientWidth;
+    const width = this.room;
     if (width > 0) for (const plot of this.plots) plot.build(width);
   }
 }

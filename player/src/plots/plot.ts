@@ -51,6 +51,12 @@ export class Plot {
     this.showTime();
   }
 
+  /** Whether some of it stands between two heights of the page [px]. */
+  isWithin(top: number, bottom: number): boolean {
+    const box = this.root.getBoundingClientRect();
+    return box.bottom > top && box.top < bottom;
+  }
+
   /** Moves the cursor to the time shown. */
   showTime(): void {
     if (!this.plot) return;

@@ -40,7 +40,7 @@ export interface ArrowSettings {
 
 /** Arrows are at most this many times as long as the usual impulse's [1]. */
 const LONGEST = 3;
-/** Of more contacts than this normals are drawn on demand, and those that do nothing are not drawn. */
+/** Of more contacts than this points and normals are drawn on demand, and those that do nothing are not. */
 const MANY = 300;
 const UP = new Vector3(0, 1, 0);
 
@@ -66,7 +66,7 @@ export class Arrows {
       ...[0, replay.frames >> 1, replay.frames - 1].map((at) => replay.contacts(at).count),
     );
     const many = most > MANY;
-    this.settings.normals = !many;
+    this.settings.normals = this.settings.points = !many;
     this.points = instances(new IcosahedronGeometry(1, many ? 0 : 2), this.room);
     this.shafts = instances(
       new CylinderGeometry(1, 1, 1, many ? 3 : 8, 1, true).translate(0, 0.5, 0),
@@ -97,6 +97,8 @@ export class Arrows {
     }
     for (const mesh of [this.points, this.shafts, this.heads]) {
       mesh.count = this.drawn.length;
+      mesh.instanceMatrix.clearUpdateRanges();
+      mesh.instanceMatrix.addUpdateRange(0, 16 * mesh.count);
       mesh.instanceMatrix.needsUpdate = true;
       if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
     }
@@ -111,7 +113,7 @@ export class Arrows {
 
   /** The contact whose point a ray meets first, or -1. */
   pick(ray: Raycaster): number {
-    if (!this.points.visible || this.points.count === 0) return -1;
+    if (this.points.count === 0) return -1;
     const [hit] = ray.intersectObject(this.points, false);
     return hit?.instanceId === undefined ? -1 : this.drawn[hit.instanceId];
   }

@@ -102,6 +102,11 @@ export class Bodies {
     }
   }
 
+  /** Draws the edges of solids, or not. */
+  showEdges(on: boolean): void {
+    for (const { fill, edges } of this.batches) if (fill) edges.visible = on;
+  }
+
   /** The body that a ray meets first, or -1. */
   pick(ray: Raycaster): number {
     let nearest = Number.POSITIVE_INFINITY;
@@ -152,7 +157,7 @@ export class Bodies {
       const glass =
         !flat && !fill.userData.surface && members.every(({ body }) => this.replay.kind[body] === 1);
       const opacity = ghost ? 0.3 : glass ? GLASS : 1;
-      const mesh = new InstancedMesh(fill, fillMaterial(flat, opacity, fill.userData.side), count);
+      const mesh = new InstancedMesh(fill, fillMaterial(flat, opacity, sideOf(fill, glass)), count);
       mesh.instanceMatrix = lines.instanceMatrix;
       mesh.frustumCulled = false;
       mesh.renderOrder = ghost || glass ? 1 : 0;
@@ -173,14 +178,20 @@ class InstancedLines extends InstancedMesh<BufferGeometry, LineBasicMaterial> {
   }
 }
 
-function fillMaterial(flat: boolean, opacity: number, side: Side | undefined): Material {
+function fillMaterial(flat: boolean, opacity: number, side: Side): Material {
   const offset = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
   const made = flat
     ? new MeshBasicMaterial({ side: DoubleSide, depthTest: false })
-    : new MeshLambertMaterial({ ...offset, side: side ?? (opacity < 1 ? FrontSide : DoubleSide) });
+    : new MeshLambertMaterial({ ...offset, side });
   made.userData.opacity = opacity;
   setOpacity(made, opacity);
   return made;
+}
+
+/** Surfaces are seen from both sides, solids from outside. */
+function sideOf(fill: BufferGeometry, glass: boolean): Side {
+  if (fill.userData.side !== undefined) return fill.userData.side as Side;
+  return fill.userData.surface && !glass ? DoubleSide : FrontSide;
 }
 
 function setOpacity(material: Material, opacity: number): void {
@@ -205,7 +216,7 @@ function gathered(
   drawn: (body: number) => boolean,
 ): Map<Form, { body: number; place: Matrix4 }[]> {
   const d = replay.dimension;
-  const detail = { reach, round: replay.bodies > MANY ? 14 : 28 };
+  const detail = { reach, round: replay.bodies > MANY ? 10 : 28 };
   const byShape = replay.table.shapes.map((shape) => piecesOf(shape, replay.table.space, detail));
   const particle = piecesOf(
     { type: d === 2 ? "circle" : "sphere", radius: PARTICLE * reach },

@@ -1,6 +1,6 @@
 /**
  * Camera, light and canvas: perspective with orbit in space, truly orthographic with pan and zoom in the
- * plane. Draws only when something has changed, and coarser once that takes long. Knows no runs.
+ * plane. Draws only when something has changed, and coarser while things move if that takes long. Knows no runs.
  */
 
 import {
@@ -23,9 +23,11 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { theme } from "../theme";
 
 /** A drawing that takes longer than this, in the median of nine, is made coarser [ms]. */
-const SLOW = 70;
-/** Coarsest resolution, in pixels of the drawing per pixel of the page [1]. */
-const COARSEST = 0.6;
+const SLOW = 40;
+/** Resolution while slow drawings follow each other, in pixels of the drawing per pixel of the page [1]. */
+const COARSE = 0.6;
+/** After this long without another one a coarse drawing is made again in full [ms]. */
+const REST = 250;
 
 /** A part of the canvas with what is drawn there; from 0 to 1 of the width. */
 export interface View {
@@ -44,11 +46,16 @@ export class Stage {
   views: View[] = [];
   /** Called before each drawing. */
   beforeDraw: () => void = () => {};
+  /** Told when drawings become coarse, or full again. */
+  onCoarse: (coarse: boolean) => void = () => {};
   private readonly renderer: WebGLRenderer;
   private readonly sky = new HemisphereLight(0xffffff, 0x8a929c, 2.1);
   private readonly sun = new DirectionalLight(0xffffff, 1.7);
-  private asked = false;
-  private resolution = Math.min(devicePixelRatio, 2);
+  /** The drawing that is asked for, or 0. */
+  private asked = 0;
+  private slow = false;
+  private coarse = false;
+  private resting: ReturnType<typeof setTimeout> | undefined;
   private taken: number[] = [];
   private home: Box3 | undefined;
   private width = 1;
@@ -123,17 +130,28 @@ export class Stage {
 
   /** Asks for a drawing before the next frame of the page. */
   draw(): void {
-    if (this.asked) return;
-    this.asked = true;
-    requestAnimationFrame(() => {
-      this.asked = false;
-      this.drawNow();
-    });
+    if (!this.asked) this.asked = requestAnimationFrame(() => this.drawNow());
   }
 
-  /** Draws at once. */
-  drawNow(): void {
+  /** Draws at once, in full. */
+  drawFull(): void {
+    this.setCoarse(false);
+    this.render();
+  }
+
+  private drawNow(): void {
+    this.setCoarse(this.slow);
     const begun = performance.now();
+    this.render();
+    // the graphics processor works on after the calls have returned; the next frame of the page waits for it
+    requestAnimationFrame(() => this.judge(performance.now() - begun));
+    clearTimeout(this.resting);
+    if (this.coarse) this.resting = setTimeout(() => this.drawFull(), REST);
+  }
+
+  private render(): void {
+    cancelAnimationFrame(this.asked);
+    this.asked = 0;
     this.beforeDraw();
     const { width, height } = this;
     this.renderer.setScissorTest(this.views.length > 0);
@@ -144,8 +162,6 @@ export class Stage {
       this.renderer.setScissor(from * width, 0, (to - from) * width, height);
       this.renderer.render(this.scene, this.camera);
     }
-    // the graphics processor works on after the calls have returned; the next frame of the page waits for it
-    requestAnimationFrame(() => this.adapt(performance.now() - begun));
   }
 
   /** The ray under a point of the page. */
@@ -185,15 +201,19 @@ export class Stage {
 
   /** The canvas's size follows the page's. */
   resize(): void {
+    this.fit();
+    this.draw();
+  }
+
+  private fit(): void {
     this.width = Math.max(1, this.host.clientWidth);
     this.height = Math.max(1, this.host.clientHeight);
-    this.renderer.setPixelRatio(this.resolution);
+    this.renderer.setPixelRatio(this.coarse ? COARSE : Math.min(devicePixelRatio, 2));
     this.renderer.setSize(this.width, this.height, false);
     const aspect = this.aspect();
     if (this.camera instanceof OrthographicCamera) this.frame(this.camera.top || 1, aspect);
     else this.camera.aspect = aspect;
     this.camera.updateProjectionMatrix();
-    this.draw();
   }
 
   /** How far the camera must be from a box's centre to see all of it [m]. */
@@ -253,14 +273,19 @@ export class Stage {
     return controls;
   }
 
-  /** Coarser once drawing is slow. */
-  private adapt(milliseconds: number): void {
+  private setCoarse(on: boolean): void {
+    if (on === this.coarse) return;
+    this.coarse = on;
+    this.onCoarse(on);
+    this.fit();
+  }
+
+  /** Whether drawing is slow, by the median of the last nine; the first ones compile programs. */
+  private judge(milliseconds: number): void {
     this.taken.push(milliseconds);
     if (this.taken.length < 9) return;
-    const median = this.taken.sort((a, b) => a - b)[4]; // the first drawings compile programs
+    const median = this.taken.sort((a, b) => a - b)[4];
     this.taken = [];
-    if (median < SLOW || this.resolution <= COARSEST) return;
-    this.resolution = Math.max(COARSEST, this.resolution * 0.75);
-    this.resize();
+    this.slow = median > (this.slow ? SLOW / 4 : SLOW);
   }
 }

@@ -50,6 +50,9 @@ export class SceneView {
     host.append(this.tip);
     this.stage.lookAt(extent.box);
     this.stage.beforeDraw = () => this.update();
+    this.stage.onCoarse = (coarse) => {
+      for (const each of [this.bodies, this.other]) each?.showEdges(!coarse || replay.dimension === 2);
+    };
     clock.onMove(() => this.stage.draw());
     selection.onChange(() => this.changed());
     onTheme(() => this.rethemed());
