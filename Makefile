@@ -9,20 +9,23 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
+.PHONY: help demo test test-player check-player player bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
 
 help:
-	@echo "make demo    set up, run two scenes, write recordings and plots to out/"
+	@echo "make demo    set up, run two scenes, write recordings, replay pages and plots to out/"
 	@echo "make test    set up, run all tests"
 	@echo "make laws    long laws: cases and benchmarks for their whole time, half an hour or more"
 	@echo "make check   formatting, lints as errors, types"
+	@echo "make player  build the replay page into the package; needs Node.js (ADR 14)"
+	@echo "make bench-player     how long the page of 1,000 bodies takes to load, and frames per second when scrubbed"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
 	@echo "make bench-collide    what finding contacts costs, phase by phase"
 	@echo "make bench-peers [SCENES=..] [ENGINES=..] [THREADS=1,2]    carom, Box2D, Box3D, Rapier, Jolt, MuJoCo and pymunk in one run; long"
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
 	@echo "make heaps   boxes and hulls in a bin, 1000 bodies poured, a Kapla tower for 600 s: energy, overlap, books, cost; long"
 	@echo "make bench-contact    contact solvers beside Siconos and Pinocchio on public problems, as ratios"
-	@echo "make docs    documentation of the Rust crates, and a check of the pages"
+	@echo "make docs    the site in site/: guides, theory, gallery, API of Python and Rust; links and code checked"
+	@echo "make look-at-site     the built site in a headless Chromium: formulas, requests, widths, replays; screenshots"
 
 # --- set-up: a stamp per step, so that nothing runs twice and nothing needs the network twice ---
 
@@ -51,10 +54,13 @@ demo: $(VENV)/package
 	$(BIN)/carom plot out/meshes_on_terrain.h5 --out out/meshes_on_terrain.png
 	$(BIN)/carom run seven_objects --out out/seven_objects.h5
 	$(BIN)/carom plot out/seven_objects.h5 --out out/seven_objects.png
+	$(BIN)/carom view out/seven_objects.h5 --no-browser
+	$(BIN)/carom view out/meshes_on_terrain.h5 --no-browser
 	@echo
 	@echo "Recorded: out/meshes_on_terrain.h5 (space, real meshes) and out/seven_objects.h5 (plane), plots beside them."
+	@echo "Look at them: open out/meshes_on_terrain.html and out/seven_objects.html in a browser."
 
-test: test-rust test-python
+test: test-rust test-python test-player
 
 test-rust:
 	$(CARGO) test --locked --workspace --exclude carom-python
@@ -62,12 +68,47 @@ test-rust:
 test-python: $(VENV)/package
 	$(BIN)/python -m pytest
 
+# --- the replay page: built from player/, committed as python/carom/player/page.html (ADR 14) ---
+
+PAGE := python/carom/player/page.html
+NPM ?= npm
+# where there is no Node.js the page as committed is used, and what needs Node.js says loudly that it is left out;
+# with CI set it fails instead
+NO_NODE = echo "=== SKIPPED: $(1) needs Node.js >= 20.19, which is not here ===" >&2; test -z "$$CI"
+
+player/node_modules/made: player/package.json player/package-lock.json
+	cd player && $(NPM) ci --no-audit --no-fund --silent
+	@touch $@
+
+player: player/node_modules/made
+	cd player && $(NPM) run --silent build
+	cp player/dist/index.html $(PAGE)
+
+check-player:
+	@if command -v node >/dev/null; then \
+	  $(MAKE) --no-print-directory player/node_modules/made && cd player && $(NPM) run --silent check && $(NPM) run --silent build -- --logLevel warn && \
+	  { cmp dist/index.html ../$(PAGE) || { echo "the committed page is not what player/ builds; run: make player" >&2; exit 1; }; }; \
+	else $(call NO_NODE,the check of the replay page); fi
+
+# in a real browser, which tools/install_chromium.sh installs
+test-player: $(VENV)/package
+	@if ! command -v node >/dev/null; then $(call NO_NODE,the test of the replay page); \
+	elif ! sh tools/install_chromium.sh; then \
+	  echo "=== SKIPPED: the test of the replay page needs Chromium, which could not be installed ===" >&2; test -z "$$CI"; \
+	else $(MAKE) --no-print-directory player/node_modules/made && $(BIN)/python player/tests/pages.py player/tests/out && \
+	  cd player && $(NPM) run --silent test; fi
+
+bench-player: $(VENV)/package player/node_modules/made
+	sh tools/install_chromium.sh
+	$(BIN)/python player/tests/pages.py player/tests/out --large
+	cd player && node tests/bench.mjs
+
 # what `make test` leaves out for its length; LAWS names some of them, as `make laws LAWS=kapla`
 LAWS ?=
 laws:
 	$(CARGO) test --release --locked --package carom-tests --test cases -- --ignored --nocapture --test-threads=2 $(LAWS)
 
-check: $(VENV)/tools
+check: $(VENV)/tools check-player
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --all --check --manifest-path $(BENCH)/Cargo.toml
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
@@ -170,12 +211,27 @@ bench-contact-stress: $(VENV)/tools $(CONTACT)
 	$(CONTACT) stress --folder $(BENCH)/target/flat --seeds $(SEEDS) --out $(BENCH)/results \
 	  $(if $(SOLVERS),--solvers $(SOLVERS))
 
+# the site, in site/: gallery, pages, rustdoc, and a check of links, anchors, requests to outside and public names. A gallery's
+# page is made again only when its program or the package has changed; DOCTREES keeps what Sphinx has read.
+DOCTREES := target/doctrees
 docs: $(VENV)/package
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
+	$(BIN)/python tools/make_gallery.py
+	$(BIN)/python tools/make_site_tables.py
+	$(BIN)/sphinx-build -q -W --keep-going -j 2 -b html -d $(DOCTREES) docs site
+	rm -rf site/rust && cp -r target/doc site/rust
+	if [ -d docs/gallery/made/replays ]; then rm -rf site/gallery/made/replays && cp -r docs/gallery/made/replays site/gallery/made/; fi
+	$(BIN)/python tools/check_site.py site
 	$(BIN)/python -m pytest tests/contracts
+	@echo "Site: site/index.html"
+
+# the built site in a real browser: formulas, requests, widths, replays; and its screenshots. Two minutes.
+look-at-site: $(VENV)/package
+	$(BIN)/python tools/look_at_site.py site docs/screenshots
 
 wheel: $(VENV)/tools
 	$(BIN)/maturin build --release --locked --out dist
 
 clean:
-	rm -rf target out dist $(VENV) crates/bench/target
+	rm -rf target out dist site docs/_made docs/gallery/made player/node_modules player/dist player/tests/out $(VENV) \
+	  crates/bench/target

@@ -79,6 +79,12 @@ class Body:
         return None if text is None else shape_from_json(text, self._space)
 
     @property
+    def shape_text(self) -> str | None:
+        """Its shape as JSON text, as run files keep it; None for a particle."""
+        text: str | None = self._constant("shape")
+        return text
+
+    @property
     def friction(self) -> float:
         """Coefficient of friction [1]."""
         return float(self._constant("friction"))

@@ -9,7 +9,7 @@ linear components first. Knows no shapes and no time.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
@@ -26,9 +26,9 @@ from carom.errors import BuildError, refused, unknown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-#: Most contacts whose A is drawn as coloured squares; beyond, as dots.
-MOST_SQUARES = 1500
+    from carom._convergence import Convergence
 
 
 class Residual(NamedTuple):
@@ -396,25 +396,59 @@ class ContactProblem:
         ----------
         ax : axes to draw into; a figure of its own when absent
         """
-        from matplotlib.colors import LogNorm
         from matplotlib.figure import Figure
+
+        from carom._plot_problem import spy
 
         axes = ax if ax is not None else Figure(figsize=(6.5, 6.0), layout="constrained").add_subplot()
         matrix = self.A
         axes.set_title(f"A = J M⁻¹ Jᵀ: {matrix.shape[0]} rows, {matrix.nnz} entries", fontsize="medium")
-        axes.set_xlabel("scalar row [1]")
-        axes.set_ylabel("scalar row [1]")
-        if matrix.nnz == 0:
-            axes.text(0.5, 0.5, "no contacts", ha="center", va="center", transform=axes.transAxes)
-        elif matrix.shape[0] > MOST_SQUARES:
-            axes.spy(matrix, markersize=0.5)
-        else:
-            size = np.abs(matrix.toarray())
-            shown = np.ma.masked_less_equal(size, 1e-12 * size.max())
-            norm = LogNorm(vmin=float(shown.min()), vmax=float(shown.max()))
-            image = axes.imshow(shown, norm=norm, cmap="cividis", interpolation="nearest")
-            axes.figure.colorbar(image, ax=axes, label="|A| [1/kg]", shrink=0.8)
+        spy(matrix, axes, "1/kg", "scalar row")
         return axes
+
+    def convergence(
+        self,
+        solvers: Sequence[str] = ("pgs", "nncg", "apgd", "exact"),
+        *,
+        iterations: int = 1000,
+        tolerance: float = 1e-12,
+        repeats: int = 1,
+    ) -> tuple[Convergence, ...]:
+        """How the residual falls while solvers work: a solve for each of a growing series of budgets.
+
+        Parameters
+        ----------
+        solvers : names, of `carom.SOLVERS`
+        iterations : largest budget; of factorisations for "exact" [1]
+        tolerance : residual at which a solver's series ends [m/s]
+        repeats : how often each solve is timed; the best counts [1]
+
+        Returns
+        -------
+        A `Convergence` per solver, with iterations, residuals [m/s] and wall times [s], each of one solve.
+
+        Raises
+        ------
+        BuildError
+            For an unknown solver and numbers out of range.
+        """
+        from carom._convergence import converge
+
+        return converge(self, solvers, iterations=iterations, tolerance=tolerance, repeats=repeats)
+
+    def plot(
+        self,
+        solvers: Sequence[str] = ("pgs", "nncg", "apgd", "exact"),
+        *,
+        iterations: int = 1000,
+        tolerance: float = 1e-12,
+        repeats: int = 1,
+    ) -> Figure:
+        """A figure: the pattern of A, and `convergence` against iterations and against time."""
+        from carom._plot_problem import plot_problem
+
+        curves = self.convergence(solvers, iterations=iterations, tolerance=tolerance, repeats=repeats)
+        return plot_problem(self, curves)
 
     def __repr__(self) -> str:
         bodies, contacts, rows, _ = self._native.counts()

@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from carom import SOLVERS
 from carom.errors import BuildError, CaromError, InaccurateWarning
 from carom.run import Run, run_world
 from carom.scene.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -102,6 +105,12 @@ class Comparison:
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
                  for row in [headings, ["-" * width for width in widths], *body]]  # fmt: skip
         return "\n".join([*lines, *self.notes()])
+
+    def plot(self) -> Figure:
+        """A figure: residual and iterations by step, distance from the reference, accuracy against cost."""
+        from carom._plot_comparison import plot_comparison
+
+        return plot_comparison(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for programs; what is not finite becomes None."""

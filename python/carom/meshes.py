@@ -228,6 +228,10 @@ def _read(raw: bytes, suffix: str, source: str) -> tuple[Floats, npt.NDArray[np.
 
     if not raw:
         raise _refused(source, "the file is empty", "export the mesh again")
+    if suffix == ".stl" and not _is_stl(raw):
+        # the reader would guess an encoding, where a package that guesses is installed, and find no triangles
+        problem = "cannot be read as STL: neither binary of the size that its header says, nor text"
+        raise _refused(source, problem, "export it again")
     try:
         loaded = trimesh.load_scene(
             io.BytesIO(raw), file_type=suffix[1:], resolver=None, process=False, skip_materials=True
@@ -248,6 +252,17 @@ def _read(raw: bytes, suffix: str, source: str) -> tuple[Floats, npt.NDArray[np.
         [np.asarray(part.faces, dtype=np.int64) + counts[i] for i, part in enumerate(parts)]
     )
     return vertices, triangles
+
+
+def _is_stl(raw: bytes) -> bool:
+    """Whether bytes are a binary STL file of the right size, or text."""
+    if len(raw) >= 84 and len(raw) == 84 + 50 * struct.unpack_from("<I", raw, 80)[0]:
+        return True
+    try:
+        raw.decode()
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def _welded(

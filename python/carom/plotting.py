@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from carom.errors import CaromError
 
@@ -36,6 +35,8 @@ PALETTE = (
     "#882255",
     "#44AA99",
 )
+#: Dates are left out of files.
+_UNDATED: dict[str, Any] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 DASHES: tuple[Any, ...] = (
     "-",
     "--",
@@ -46,6 +47,7 @@ DASHES: tuple[Any, ...] = (
     (0, (1, 1)),
     (0, (7, 2, 2, 2)),
 )
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 #: Pictures that there are.
 KINDS = ("energy", "momentum", "residual", "contacts", "matrix")
 #: Most contacts for which A is drawn as coloured squares; beyond, as dots.
@@ -89,7 +91,9 @@ def plot(run: Run, kind: str = "all", *, step: int | None = None) -> Figure:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Writes a figure; the suffix chooses PNG or SVG (or PDF).
+    """Writes a figure; the suffix chooses PNG, or SVG or PDF with lines as lines and the PDF's text as text.
+
+    The same figure gives the same bytes: files carry no date.
 
     Raises
     ------
@@ -103,7 +107,8 @@ def save_figure(figure: Figure, path: str | Path) -> None:
         raise CaromError(f"{problem}; {remedy}", field="out", value=str(path), remedy=remedy)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=150)
+        with rc_context({"pdf.fonttype": 42, "svg.fonttype": "path", "svg.hashsalt": "carom"}):
+            figure.savefig(path, dpi=150, metadata=_UNDATED.get(path.suffix.lower()))
     except OSError as error:
         raise CaromError(
             f"{str(path)!r} cannot be written: {error.strerror or error}; choose another path", field="out",
@@ -122,19 +127,10 @@ def style(number: int) -> dict[str, Any]:
 
 def energy_picture(run: Run, axes: Axes) -> None:
     """Energies and the ledger's lines that reach a thousandth of the energy that moved [J]."""
-    ledger = run.ledger
-    axes.plot(ledger.time, ledger.energy, label="kinetic + potential", **style(0))
-    axes.plot(ledger.time, ledger.kinetic, label="kinetic", **style(5))
-    span = float(np.max(np.abs(ledger.energy - ledger.energy[:1]), initial=0.0)) + float(
-        np.max(ledger.kinetic, initial=0.0)
-    )
-    number = 0
-    for name, work in ledger.lines.items():
-        if np.max(np.abs(work), initial=0.0) > 1e-3 * span:
-            number += 1 + (number == 4)
-            axes.plot(ledger.time, work, label=f"work: {name.replace('_', ' ')}", **style(number))
+    from carom._plot_ledger import ledger_lines
+
+    ledger_lines(run.ledger, axes)
     _label(axes, "energy [J]", f"energy ledger, closed to {run.energy_closure:.1e} J")
-    axes.legend(fontsize="small", title="lines above 0.1 %", title_fontsize="small")
 
 
 def momentum_picture(run: Run, axes: Axes) -> None:
@@ -190,26 +186,13 @@ def matrix_picture(run: Run, axes: Axes, step: int | None = None) -> None:
     CaromError
         When the step is outside the run.
     """
+    from carom._plot_problem import spy
+
     frame = _frame_of(run, step)
     matrix = normal_matrix(run, frame)
-    count = matrix.shape[0]
-    title = f"A = J M⁻¹ Jᵀ at t = {run.time[frame]:.4g} s, {count} contacts"
+    title = f"A = J M⁻¹ Jᵀ at t = {run.time[frame]:.4g} s, {matrix.shape[0]} contacts"
     axes.set_title(title, fontsize="medium")
-    axes.set_xlabel("contact [1]")
-    axes.set_ylabel("contact [1]")
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    if count == 0:
-        axes.text(0.5, 0.5, "no contacts at this step", ha="center", va="center", transform=axes.transAxes)
-    elif count > MOST_SQUARES:
-        axes.spy(matrix, markersize=0.5, color=PALETTE[5])
-    else:
-        size = np.abs(matrix.toarray())
-        shown = np.ma.masked_less_equal(size, 1e-12 * size.max())
-        low, high = float(shown.min()), float(shown.max())
-        scale = LogNorm(vmin=low, vmax=high) if low < high else LogNorm(vmin=low / 2, vmax=2 * high)
-        image = axes.imshow(shown, norm=scale, cmap="cividis", interpolation="nearest")
-        axes.figure.colorbar(image, ax=axes, label="|A| [1/kg]", shrink=0.8)
+    spy(matrix, axes, "1/kg", "contact")
 
 
 def normal_matrix(run: Run, frame: int) -> Any:

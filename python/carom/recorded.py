@@ -6,8 +6,9 @@ when only some of them are frames. Knows no physics and no worlds.
 
 from __future__ import annotations
 
+import html
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -83,6 +84,22 @@ class Ledger:
         """Work of each cause over the whole run, and the closure [J]."""
         found = {name: float(work[-1]) if len(work) else 0.0 for name, work in self.lines.items()}
         return {**found, "closure": float(self.closure[-1]) if len(self.closure) else 0.0}
+
+    def plot(self, lines: Sequence[str] | None = None) -> Figure:
+        """A figure: energies and works by cause above, the closure below [J].
+
+        Parameters
+        ----------
+        lines : names of the works to draw; those above a thousandth of the energy that moved when absent
+
+        Raises
+        ------
+        CaromError
+            When a line is unknown.
+        """
+        from carom._plot_ledger import plot_ledger
+
+        return plot_ledger(self, lines)
 
     def __repr__(self) -> str:
         """Totals of all lines."""
@@ -351,6 +368,114 @@ class Run:
         from carom.plotting import plot
 
         return plot(self, kind, step=step)
+
+    def to_html(
+        self,
+        path: str | Path,
+        *,
+        other: Run | None = None,
+        max_bytes: int | None = None,
+        explain_seconds: float | None = None,
+    ) -> Path:
+        """Writes a page that replays the run: one HTML file that opens in any browser, without network.
+
+        Parameters
+        ----------
+        other : a run of the same scene, shown as ghosts or beside this one, with the distance between them
+        max_bytes : about the size of the page at most, 2e7 when absent; larger runs are thinned, which the
+            page tells [bytes]
+        explain_seconds : the worst step is explained in words when running up to it again takes no longer, 5
+            when absent; 0 for never [s]
+
+        Returns
+        -------
+        The path.
+
+        Raises
+        ------
+        CaromError
+            When the run has no frame or a pose that is not finite, this installation holds no page, the runs
+            share no body or no moment, or the path cannot be written.
+        """
+        from carom.player import write_page
+
+        return write_page(path, self._page(other, max_bytes, explain_seconds))
+
+    def to_png(
+        self,
+        path: str | Path,
+        t: float | None = None,
+        *,
+        size: tuple[int, int] = (1280, 800),
+        theme: str = "light",
+        contacts: bool = True,
+    ) -> Path:
+        """Writes a picture of the frame nearest to a moment, drawn by a headless Chromium.
+
+        Parameters
+        ----------
+        t : moment [s]; the end when absent
+        size : width and height [pixels]
+        theme : "light" or "dark"
+        contacts : whether contacts and their impulses are drawn
+
+        Raises
+        ------
+        CaromError
+            When there is no Chromium and the run is of space (the plane is then drawn by matplotlib), an
+            argument is refused, or the path cannot be written.
+        """
+        from carom.player.film import write_png
+
+        return write_png(self, path, t, size, theme, contacts)
+
+    def to_mp4(
+        self,
+        path: str | Path,
+        *,
+        speed: float = 1.0,
+        fps: int = 30,
+        size: tuple[int, int] = (1280, 720),
+        theme: str = "light",
+        contacts: bool = True,
+    ) -> Path:
+        """Writes a film, drawn and encoded by a headless Chromium (H.264, else VP9).
+
+        Parameters
+        ----------
+        speed : simulated seconds per second of film [1]
+        fps : pictures per second [1/s]
+        size, theme, contacts : as for `to_png`
+
+        Raises
+        ------
+        CaromError
+            When there is no Chromium (runs of the plane are then drawn by matplotlib, if ffmpeg is there), an
+            argument is refused, or the path cannot be written.
+        """
+        from carom.player.film import write_mp4
+
+        return write_mp4(self, path, speed=speed, fps=fps, size=size, theme=theme, contacts=contacts)
+
+    def _repr_html_(self) -> str:
+        """The replay as a frame in a notebook, at most 5e6 bytes; its text where it cannot be shown."""
+        from carom.errors import CaromError
+        from carom.player import notebook_frame
+
+        try:
+            return notebook_frame(self._page(None, 5_000_000, 0.5))
+        except CaromError as error:
+            return f"<pre>{html.escape(repr(self))}\n{html.escape(str(error))}</pre>"
+
+    def _page(self, other: Run | None, max_bytes: int | None, explain_seconds: float | None) -> str:
+        from carom.player import EXPLAIN_SECONDS, MAX_BYTES, page_of
+
+        return page_of(
+            self,
+            other,
+            max_bytes=MAX_BYTES if max_bytes is None else int(max_bytes),
+            explain_seconds=EXPLAIN_SECONDS if explain_seconds is None else explain_seconds,
+        )
 
     def problem(
         self, step: int, *, phase: str = "contact", folder: str | Path | None = None

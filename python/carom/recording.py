@@ -25,6 +25,9 @@ l actions, d = 2 | 3):
 /bodies/{name, kind, mass, inertia} (n, ..)     kind 0 dynamic, 1 static, 2 kinematic
 /bodies/extent                      (n,)        largest extent of the shape [m]; since version 2
 /bodies/{linear, angular}_damping   (n,)        decay rates [1/s]; since version 2
+/bodies/shape                       (n,)        row of `/shapes`, -1 for none; not in older files
+/bodies/center                      (n, d)      centre of mass in the shape's axes [m]
+/shapes                             text        the distinct shapes as a JSON list
 /scene, /settings                   text        the scene's own text; settings as JSON
 /joints                             text        name, kind and bodies of each joint as JSON; absent without
 /progress                           (1,)        status 0 running, 1 complete, 2 interrupted, 3 failed
@@ -221,6 +224,9 @@ class Header:
     extent : (n,) float64 array, largest extent of the shape [m]; None in files of version 1
     linear_damping, angular_damping : (n,) float64 arrays of decay rates [1/s]; likewise
     joints : name, kind, a, b and length [m] of each joint
+    shapes : the distinct shapes as tables, as scene files have them
+    shape : (n,) int32 array, index into `shapes`, -1 for a particle; None in older files
+    center : (n, d) float64 array, centre of mass in the shape's axes [m]; likewise
     """
 
     space: str
@@ -238,6 +244,9 @@ class Header:
     linear_damping: Floats | None = None
     angular_damping: Floats | None = None
     joints: tuple[Mapping[str, Any], ...] = ()
+    shapes: tuple[Mapping[str, Any], ...] = ()
+    shape: npt.NDArray[np.int32] | None = None
+    center: Floats | None = None
     created: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
 
 
@@ -425,6 +434,9 @@ class FileRecorder:
         if header.joints:
             told = json.dumps([dict(joint) for joint in header.joints])
             file.create_dataset("joints", data=told, dtype=text).attrs["unit"] = "1"
+        if header.shape is not None:
+            told = json.dumps([dict(shape) for shape in header.shapes])
+            file.create_dataset("shapes", data=told, dtype=text).attrs["unit"] = "1"
         bodies = file.create_group("bodies")
         names = np.array(header.names, dtype=object)
         bodies.create_dataset("name", data=names, dtype=text).attrs["unit"] = "1"
@@ -435,6 +447,8 @@ class FileRecorder:
             ("extent", header.extent, "m"),
             ("linear_damping", header.linear_damping, "1/s"),
             ("angular_damping", header.angular_damping, "1/s"),
+            ("shape", header.shape, "1"),
+            ("center", header.center, "m"),
         ):
             if array is None:
                 continue
@@ -657,6 +671,9 @@ def _read_header(file: Any) -> Header:
         linear_damping=bodies["linear_damping"][...] if "linear_damping" in bodies else None,
         angular_damping=bodies["angular_damping"][...] if "angular_damping" in bodies else None,
         joints=tuple(json.loads(file["joints"].asstr()[()])) if "joints" in file else (),
+        shapes=tuple(json.loads(file["shapes"].asstr()[()])) if "shapes" in file else (),
+        shape=bodies["shape"][...] if "shape" in bodies else None,
+        center=bodies["center"][...] if "center" in bodies else None,
         created=_attribute(file, "created"),
     )
 

@@ -7,11 +7,12 @@ run that is stopped, or that ends in an error, keeps every step that was compute
 
 from __future__ import annotations
 
+import json
 import math
 import signal
 import threading
 import time as clock
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,10 +20,11 @@ from types import FrameType, TracebackType
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from carom.errors import BuildError, CaromError
 from carom.recorded import Ledger, RaggedContacts, Run, Worst
-from carom.recording import KINDS, Header, Progress, Recorder, record
+from carom.recording import KINDS, Floats, Header, Progress, Recorder, record
 
 __all__ = ["Ledger", "Moment", "RaggedContacts", "Run", "Worst", "run_world"]
 
@@ -337,4 +339,21 @@ def _header(world: Any, dt: float, every: int, scene: str, scene_name: str) -> H
         {"name": j.name, "kind": j.kind, "a": j.bodies[0], "b": j.bodies[1], "length": j.length}
         for j in getattr(world, "joints", {}).values()
     )
-    return Header(*known, more["extent"], more["linear_damping"], more["angular_damping"], joints)
+    damping = (more["linear_damping"], more["angular_damping"])
+    shapes, rows, center = shapes_of(bodies, space)
+    return Header(*known, more["extent"], *damping, joints, shapes, rows, center)
+
+
+def shapes_of(
+    bodies: Sequence[Any], space: str
+) -> tuple[tuple[Mapping[str, Any], ...], npt.NDArray[np.int32] | None, Floats | None]:
+    """Distinct shapes of bodies, which of them each has, and where its centre of mass lies in it [m]."""
+    if not all(hasattr(body, "shape_text") for body in bodies):
+        return (), None, None
+    texts = [body.shape_text for body in bodies]
+    rows = {text: row for row, text in enumerate(dict.fromkeys(text for text in texts if text is not None))}
+    index = np.array([-1 if text is None else rows[text] for text in texts], dtype=np.int32)
+    center = np.zeros((len(bodies), 2 if space == "planar" else 3))
+    for row, body in enumerate(bodies):
+        center[row] = body.mass_properties.center_of_mass
+    return tuple(json.loads(text) for text in rows), index, center

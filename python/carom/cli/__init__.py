@@ -1,4 +1,4 @@
-"""The command ``carom``: run, plot, check, compare, advise, problem, scenes, schema.
+"""The command ``carom``: run, view, film, plot, check, compare, advise, problem, scenes, schema.
 
 Results go to stdout, everything else to stderr. Exit codes: 0 done, 1 the run failed, 2 bad input, 130
 Ctrl-C.
@@ -20,6 +20,7 @@ from carom.cli.plot import plot_command
 from carom.cli.problem import problem_app
 from carom.cli.run import run_command
 from carom.cli.scenes import scenes_command, schema_command
+from carom.cli.view import film_command, view_command
 
 app = typer.Typer(
     name="carom",
@@ -50,6 +51,8 @@ def _common(
 
 
 app.command("run")(run_command)
+app.command("view")(view_command)
+app.command("film")(film_command)
 app.command("plot")(plot_command)
 app.command("check")(check_command)
 app.command("compare")(compare_command)

@@ -19,7 +19,7 @@ def plot_command(
     step: Annotated[
         int | None, typer.Option(help="Step whose matrix is drawn; that of most contacts when absent.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="PNG or SVG file; RUN-KIND.png when absent.")] = None,
+    out: Annotated[Path | None, typer.Option(help="PNG, SVG or PDF file; RUN-KIND.png when absent.")] = None,
 ) -> None:
     """Plot the energy ledger, momentum, residual, contacts, or the matrix at a step."""
     from carom.plotting import plot, save_figure

@@ -1,0 +1,149 @@
+/** Reads what Python packed into the page; the layout is told in `python/carom/player/payload.py`. */
+
+const VERSION = 1;
+
+/** A value of the table of contents. */
+export interface Extreme {
+  value: number | null;
+  step: number;
+  time: number | null;
+  between: [string, string] | null;
+}
+
+/** What is known of the run's worst step, in words. */
+export interface Words {
+  step: number;
+  time: number | null;
+  findings: [topic: string, text: string, remedy: string, bodies: string[]][];
+  certificate: [words: string, value: number, unit: string][];
+  note: string;
+  accurate?: boolean;
+}
+
+/** A shape as scene files have it. */
+export type ShapeTable = { type: string } & Record<string, unknown>;
+
+/** The table of contents of a payload. */
+export interface Table {
+  title: string;
+  space: "planar" | "spatial";
+  status: string;
+  created: string;
+  carom: string;
+  dt: number;
+  ms_per_step: number | null;
+  gravity: number[];
+  settings: Record<string, string | number | boolean>;
+  names: string[];
+  energy_closure: number;
+  worst: Extreme;
+  deepest: Extreme;
+  error: { position: number; rotation: number };
+  kept: { frames: number; of_frames: number; details: number; steps_per_point: number; steps: number };
+  scale: Record<string, number>;
+  shapes: ShapeTable[];
+  note?: string;
+  words: Words;
+}
+
+interface Entry {
+  type: "u1" | "u2" | "u4" | "i4" | "f2" | "f4" | "f8";
+  shape: number[];
+  at: number;
+  filter: string;
+}
+
+export type Numbers = Uint8Array | Uint16Array | Uint32Array | Int32Array | Float32Array | Float64Array;
+
+/** The table and the arrays of one run. */
+export class Payload {
+  /** Length of the packed text [bytes]. */
+  readonly packed: number;
+  readonly table: Table;
+  private readonly entries: Record<string, Entry>;
+  private readonly bytes: ArrayBuffer;
+  private readonly start: number;
+
+  constructor(bytes: ArrayBuffer, packed: number) {
+    const length = new DataView(bytes).getUint32(0, true);
+    const text = new TextDecoder().decode(new Uint8Array(bytes, 4, length));
+    const table = JSON.parse(text) as Table & { version: number; arrays: Record<string, Entry> };
+    if (table.version !== VERSION)
+      throw new Error(`This page cannot read payloads of version ${table.version}.`);
+    this.table = table;
+    this.entries = table.arrays;
+    this.bytes = bytes;
+    this.start = 4 + length;
+    this.packed = packed;
+  }
+
+  /** Whether there is an array of that name. */
+  has(name: string): boolean {
+    return name in this.entries;
+  }
+
+  /** Lengths of an array's axes. */
+  shape(name: string): number[] {
+    return this.entries[name].shape;
+  }
+
+  /** An array's numbers; halves come as their codes. */
+  array(name: string): Numbers {
+    const entry = this.entries[name];
+    const count = entry.shape.reduce((product, length) => product * length, 1);
+    const at = this.start + entry.at;
+    if (entry.filter) return unshuffled(this.bytes, at, count, entry);
+    switch (entry.type) {
+      case "u1":
+        return new Uint8Array(this.bytes, at, count);
+      case "u2":
+      case "f2":
+        return new Uint16Array(this.bytes, at, count);
+      case "u4":
+        return new Uint32Array(this.bytes, at, count);
+      case "i4":
+        return new Int32Array(this.bytes, at, count);
+      case "f4":
+        return new Float32Array(this.bytes, at, count);
+      case "f8":
+        return new Float64Array(this.bytes, at, count);
+    }
+  }
+}
+
+/** Undoes the filters of 16-bit numbers: bytes by significance, then differences along the first axis. */
+function unshuffled(bytes: ArrayBuffer, at: number, count: number, entry: Entry): Uint16Array {
+  const low = new Uint8Array(bytes, at, count);
+  const high = new Uint8Array(bytes, at + count, count);
+  const found = new Uint16Array(count);
+  for (let i = 0; i < count; i++) found[i] = low[i] | (high[i] << 8);
+  if (entry.filter.startsWith("delta")) {
+    const row = count / Math.max(1, entry.shape[0]);
+    for (let i = row; i < count; i++) found[i] += found[i - row];
+  }
+  return found;
+}
+
+/** Payloads of the page, in order. */
+export async function readPayloads(): Promise<Payload[]> {
+  const scripts = document.querySelectorAll<HTMLScriptElement>('script[type="application/carom-run"]');
+  const payloads: Payload[] = [];
+  for (const script of scripts) {
+    const text = script.textContent?.trim() ?? "";
+    script.remove();
+    payloads.push(new Payload(await gunzip(decodeBase64(text)), text.length));
+  }
+  return payloads;
+}
+
+async function gunzip(packed: Uint8Array<ArrayBuffer>): Promise<ArrayBuffer> {
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return await new Response(stream).arrayBuffer();
+}
+
+function decodeBase64(text: string): Uint8Array<ArrayBuffer> {
+  const plain = atob(text);
+  const found = new Uint8Array(plain.length);
+  for (let i = 0; i < plain.length; i++) found[i] = plain.charCodeAt(i);
+  return found;
+}

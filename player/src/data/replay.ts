@@ -1,0 +1,233 @@
+/** A run as the page uses it: poses by frame, contacts and velocities by frame, columns by step. */
+
+import { fromHalves } from "./half";
+import type { Payload, Table } from "./payload";
+
+/** Kinds of bodies by code. */
+export const KINDS = ["dynamic", "static", "kinematic"] as const;
+/** What a contact did in a step, by code. */
+export const STATUSES = ["apart", "sticks", "slips", "strikes"] as const;
+
+/** Contacts of a frame; numbers of one contact stand `dimension` apart where they are vectors. */
+export interface Contacts {
+  count: number;
+  a: ArrayLike<number>;
+  b: ArrayLike<number>;
+  /** Where [m]. */
+  point: Float32Array;
+  /** Unit normal from b to a. */
+  normal: Float32Array;
+  /** Distance of the surfaces [m], negative for overlap. */
+  gap: Float32Array;
+  /** On a along the normal [N s]. */
+  normalImpulse: Float32Array;
+  /** On a across it [N s]. */
+  frictionImpulse: Float32Array;
+  /** Velocity of a's point against b's across the normal [m/s]. */
+  slip: Float32Array;
+  status: Uint8Array;
+}
+
+/** Columns over the points of the plots. */
+export interface Steps {
+  count: number;
+  time: Float64Array;
+  column(name: string): Float32Array | Int32Array | undefined;
+  width(name: string): number;
+}
+
+/** See the file's head. */
+export class Replay {
+  readonly table: Table;
+  readonly dimension: 2 | 3;
+  readonly names: string[];
+  readonly bodies: number;
+  readonly frames: number;
+  /** Moments of the frames [s]. */
+  readonly time: Float64Array;
+  readonly kind: Uint8Array;
+  readonly shape: Int32Array;
+  /** Centre of mass in the shape's axes [m]. */
+  readonly center: Float64Array;
+  /** [1/kg], 0 for what forces do not move. */
+  readonly inverseMass: Float64Array;
+  /** 1 or 9 numbers per body, body axes [1/(kg m²)]. */
+  readonly inverseInertia: Float64Array;
+  readonly steps: Steps;
+  /** Largest contact impulse that is drawn in full length: 98 of 100 contacts have less [N s]. */
+  readonly usualImpulse: number;
+  private readonly codes: Uint16Array;
+  private readonly turns: Uint16Array;
+  private readonly low: Float64Array;
+  private readonly step: Float64Array;
+  private readonly detailFrames: Int32Array;
+  private readonly offsets: Uint32Array;
+  private readonly all: Contacts;
+  private readonly velocities: Float32Array;
+  private readonly spins: Float32Array;
+
+  constructor(readonly payload: Payload) {
+    this.table = payload.table;
+    this.dimension = this.table.space === "planar" ? 2 : 3;
+    this.names = this.table.names;
+    this.bodies = this.names.length;
+    this.time = payload.array("time") as Float64Array;
+    this.frames = this.time.length;
+    this.kind = payload.array("kind") as Uint8Array;
+    this.shape = payload.array("shape") as Int32Array;
+    this.center = payload.array("center") as Float64Array;
+    this.inverseMass = payload.array("inverse_mass") as Float64Array;
+    this.inverseInertia = payload.array("inverse_inertia") as Float64Array;
+    this.codes = payload.array("position") as Uint16Array;
+    this.turns = payload.array("rotation") as Uint16Array;
+    this.low = payload.array("position_low") as Float64Array;
+    this.step = payload.array("position_step") as Float64Array;
+    this.detailFrames = payload.array("detail_frames") as Int32Array;
+    this.offsets = payload.array("contact_offsets") as Uint32Array;
+    this.velocities = halves(payload, "velocity");
+    this.spins = halves(payload, "angular_velocity");
+    this.all = contactsOf(payload, this.dimension);
+    this.usualImpulse = usual(this.all.normalImpulse);
+    this.steps = stepsOf(payload);
+  }
+
+  /** Moment of the last frame [s]. */
+  get end(): number {
+    return this.time[this.frames - 1];
+  }
+
+  /** The frame nearest to a moment [s]. */
+  frameAt(time: number): number {
+    return nearest(this.time, time);
+  }
+
+  /** The plots' point nearest to a moment [s]; -1 without any. */
+  stepAt(time: number): number {
+    return this.steps.count ? nearest(this.steps.time, time) : -1;
+  }
+
+  /** Writes the centre of mass of a body [m] into `into`, z = 0 in the plane. */
+  position(frame: number, body: number, into: Float64Array): void {
+    const d = this.dimension;
+    into[2] = 0;
+    for (let axis = 0; axis < d; axis++) {
+      const column = body * d + axis;
+      into[axis] = this.low[column] + this.codes[frame * this.bodies * d + column] * this.step[column];
+    }
+  }
+
+  /** Writes the rotation of a body as a quaternion (x, y, z, w) into `into`. */
+  rotation(frame: number, body: number, into: Float64Array): void {
+    if (this.dimension === 2) {
+      const half = (this.turns[frame * this.bodies + body] * Math.PI) / 65536;
+      into[0] = into[1] = 0;
+      into[2] = Math.sin(half);
+      into[3] = Math.cos(half);
+      return;
+    }
+    const at = 3 * (frame * this.bodies + body);
+    const dropped = (this.turns[at] >> 15) + 2 * (this.turns[at + 1] >> 15);
+    let rest = 1;
+    for (let part = 0, slot = 0; slot < 4; slot++) {
+      if (slot === dropped) continue;
+      const value = (((this.turns[at + part++] & 32767) / 32767) * 2 - 1) * Math.SQRT1_2;
+      into[(slot + 3) % 4] = value; // stored as (w, x, y, z)
+      rest -= value * value;
+    }
+    into[(dropped + 3) % 4] = Math.sqrt(Math.max(0, rest));
+  }
+
+  /** The frame whose contacts and velocities are shown at a frame: itself, or the nearest that has them. */
+  detailFrame(frame: number): number {
+    return this.detailFrames[nearest(this.detailFrames, frame)];
+  }
+
+  /** Velocity of a body [m/s]. */
+  velocity(frame: number, body: number): Float32Array {
+    const at = (nearest(this.detailFrames, frame) * this.bodies + body) * this.dimension;
+    return this.velocities.subarray(at, at + this.dimension);
+  }
+
+  /** Angular velocity of a body, world axes [rad/s]. */
+  angularVelocity(frame: number, body: number): Float32Array {
+    const width = this.dimension === 2 ? 1 : 3;
+    const at = (nearest(this.detailFrames, frame) * this.bodies + body) * width;
+    return this.spins.subarray(at, at + width);
+  }
+
+  /** Contacts at a frame. */
+  contacts(frame: number): Contacts {
+    const row = nearest(this.detailFrames, frame);
+    const [begin, end] = [this.offsets[row], this.offsets[row + 1]];
+    const d = this.dimension;
+    const { a, b, point, normal, gap, normalImpulse, frictionImpulse, slip, status } = this.all;
+    return {
+      count: end - begin,
+      a: (a as Uint16Array).subarray(begin, end),
+      b: (b as Uint16Array).subarray(begin, end),
+      point: point.subarray(begin * d, end * d),
+      normal: normal.subarray(begin * d, end * d),
+      gap: gap.subarray(begin, end),
+      normalImpulse: normalImpulse.subarray(begin, end),
+      frictionImpulse: frictionImpulse.subarray(begin * d, end * d),
+      slip: slip.subarray(begin * d, end * d),
+      status: status.subarray(begin, end),
+    };
+  }
+}
+
+function halves(payload: Payload, name: string): Float32Array {
+  return fromHalves(payload.array(name) as Uint16Array, payload.table.scale[name]);
+}
+
+function contactsOf(payload: Payload, dimension: number): Contacts {
+  const codes = payload.array("contact_point") as Uint16Array;
+  const low = payload.array("contact_point_low") as Float64Array;
+  const step = payload.table.scale.contact_point;
+  const point = new Float32Array(codes.length);
+  for (let i = 0; i < codes.length; i++) point[i] = low[i % dimension] + codes[i] * step;
+  return {
+    count: codes.length / dimension,
+    a: payload.array("contact_a") as Uint16Array,
+    b: payload.array("contact_b") as Uint16Array,
+    point,
+    normal: halves(payload, "contact_normal"),
+    gap: halves(payload, "contact_gap"),
+    normalImpulse: halves(payload, "contact_normal_impulse"),
+    frictionImpulse: halves(payload, "contact_friction_impulse"),
+    slip: halves(payload, "contact_slip"),
+    status: payload.array("contact_status") as Uint8Array,
+  };
+}
+
+function stepsOf(payload: Payload): Steps {
+  const time = payload.array("step_time") as Float64Array;
+  return {
+    count: time.length,
+    time,
+    column: (name) =>
+      payload.has(`step_${name}`) ? (payload.array(`step_${name}`) as Float32Array) : undefined,
+    width: (name) => payload.shape(`step_${name}`)[1] ?? 1,
+  };
+}
+
+/** The impulse that 98 of 100 pressing contacts stay below [N s]. */
+function usual(impulses: Float32Array): number {
+  const stride = Math.max(1, Math.floor(impulses.length / 20000));
+  const pressing: number[] = [];
+  for (let i = 0; i < impulses.length; i += stride) if (impulses[i] > 0) pressing.push(impulses[i]);
+  pressing.sort((a, b) => a - b);
+  return pressing.length ? pressing[Math.floor(0.98 * (pressing.length - 1))] : 1;
+}
+
+/** Index of the value of a rising list that is nearest to `wanted`. */
+function nearest(values: ArrayLike<number>, wanted: number): number {
+  let low = 0;
+  let high = values.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (values[middle] <= wanted) low = middle;
+    else high = middle;
+  }
+  return Math.abs(values[high] - wanted) < Math.abs(values[low] - wanted) ? high : low;
+}

@@ -1,0 +1,148 @@
+/** What the run's figures are worth, in words: the step shown, the worst step and why, and what the page keeps. */
+
+import type { Clock } from "../clock";
+import type { Replay } from "../data/replay";
+import { button, element, facts } from "../dom";
+import { bytes, counted, figure, quantity } from "../format";
+import type { Selection } from "../selection";
+
+const STOPS = ["within its tolerance", "out of iterations", "out of factorisations"];
+
+/** See the file's head. */
+export class CertificatePanel {
+  readonly root = element("div", { class: "certificate" });
+  private readonly step = element("div");
+
+  constructor(
+    private readonly replays: readonly Replay[],
+    private readonly clock: Clock,
+    private readonly selection: Selection,
+  ) {
+    const many = replays.length > 1;
+    this.root.append(element("h3", {}, "The step shown"), this.step);
+    replays.forEach((replay, i) => {
+      const which = many ? ` of run ${i + 1}` : "";
+      this.root.append(element("h3", {}, `The worst step${which}`), this.worst(replay, i === 0));
+      this.root.append(element("h3", {}, `The run${which}`), runFacts(replay));
+      this.root.append(element("h3", {}, `What this page keeps${which}`), keptFacts(replay));
+    });
+    clock.onMove(() => this.show());
+    selection.onChange(() => {});
+    this.show();
+  }
+
+  /** Tells of the step that ended at the frame shown. */
+  show(): void {
+    const replay = this.replays[0];
+    const row = replay.steps.time.length ? replay.stepAt(this.clock.time) : -1;
+    if (row < 0 || this.clock.time < replay.steps.time[0] * (1 - 1e-9)) {
+      this.step.replaceChildren(
+        element("p", { class: "hint" }, "The initial state: no step has been taken."),
+      );
+      return;
+    }
+    this.step.replaceChildren(...this.sentences(replay, row));
+  }
+
+  private sentences(replay: Replay, row: number): HTMLElement[] {
+    const read = (name: string): number => replay.steps.column(name)?.[row] ?? Number.NaN;
+    const pair = (name: string): string => this.pair(replay, name, row);
+    const every = replay.table.kept.steps_per_point;
+    const span =
+      every > 1 ? `The ${every} steps around step ${read("number") + 1}` : `Step ${read("number") + 1}`;
+    const solver = String(replay.table.settings.solver ?? "the scheme's own solver");
+    const residual = read("residual");
+    const tolerance = Number(replay.table.settings.tolerance);
+    const told = [
+      `${span}, up to t = ${figure(replay.steps.time[row], 5)} s: ${counted(read("contacts"), "contact")}; ` +
+        `${solver} took ${counted(read("iterations"), "iteration")} and ended ${STOPS[read("stop")] ?? ""}.`,
+      `The answer is off the laws of contact by ${quantity(residual, "m/s", 3)}${pair("worst")}${
+        tolerance > 0
+          ? `, ${residual <= tolerance ? "within" : "above"} the tolerance of ${quantity(tolerance, "m/s", 3)}`
+          : ""
+      }.`,
+    ];
+    const gap = read("deepest_gap");
+    if (gap < 0) told.push(`Deepest overlap: ${quantity(-gap, "m", 3)}${pair("deepest")}.`);
+    told.push(`Energy books since the start close to ${quantity(Math.abs(read("ledger_closure")), "J", 3)}.`);
+    return told.map((text) => element("p", {}, text));
+  }
+
+  /** The two bodies of a step's extreme contact, in words. */
+  private pair(replay: Replay, name: string, row: number): string {
+    const pairs = replay.steps.column(name);
+    if (!pairs || pairs[2 * row] < 0) return "";
+    return `, worst between ${replay.names[pairs[2 * row]]} and ${replay.names[pairs[2 * row + 1]]}`;
+  }
+
+  private worst(replay: Replay, canJump: boolean): HTMLElement {
+    const { worst, words } = replay.table;
+    const root = element("div");
+    if (worst.step < 0 || worst.value === null) {
+      root.append(element("p", {}, "No step has a residual."));
+      return root;
+    }
+    const between = worst.between ? ` between ${worst.between[0]} and ${worst.between[1]}` : "";
+    const text = `Step ${worst.step + 1}, t = ${figure(worst.time ?? 0, 5)} s: residual ${quantity(worst.value, "m/s", 3)}${between}.`;
+    root.append(element("p", {}, text));
+    if (canJump) root.append(button("show it", "show the worst step", () => this.jump(replay)));
+    for (const [, finding, remedy] of words.findings) {
+      root.append(
+        element("p", { class: "finding" }, finding, remedy ? element("em", {}, ` → ${remedy}`) : ""),
+      );
+    }
+    if (words.certificate.length) {
+      root.append(facts(words.certificate.map(([name, value, unit]) => [name, quantity(value, unit, 3)])));
+    }
+    if (words.note) root.append(element("p", { class: "hint" }, words.note));
+    return root;
+  }
+
+  private jump(replay: Replay): void {
+    const { worst } = replay.table;
+    this.clock.pause();
+    this.clock.seek(worst.time ?? 0);
+    const bodies = (worst.between ?? [])
+      .map((name) => replay.names.indexOf(name))
+      .filter((body) => body >= 0);
+    this.selection.hover(bodies, []);
+  }
+}
+
+function runFacts(replay: Replay): HTMLElement {
+  const { table } = replay;
+  const setting = (name: string): string => String(table.settings[name] ?? "the scheme's own");
+  const deepest = table.deepest.value ?? 0;
+  return facts([
+    ["scene", table.title],
+    ["bodies", replay.bodies.toLocaleString("en")],
+    ["steps", `${table.kept.steps.toLocaleString("en")} of ${quantity(table.dt, "s")}`],
+    ["scheme", setting("scheme")],
+    ["solver", setting("solver")],
+    ["impact law", setting("impact")],
+    [
+      "tolerance",
+      Number(table.settings.tolerance) > 0 ? quantity(Number(table.settings.tolerance), "m/s") : "–",
+    ],
+    ["status", table.status],
+    ["worst residual", quantity(table.worst.value ?? 0, "m/s", 3)],
+    ["energy closure", quantity(table.energy_closure, "J", 3)],
+    ["deepest overlap", quantity(deepest, "m", 3)],
+    ["time per step", table.ms_per_step === null ? "–" : quantity(table.ms_per_step, "ms", 3)],
+    ["made by", `carom ${table.carom}`],
+  ]);
+}
+
+function keptFacts(replay: Replay): HTMLElement {
+  const { table } = replay;
+  const { kept } = table;
+  return facts([
+    ["frames", `${kept.frames.toLocaleString("en")} of ${kept.of_frames.toLocaleString("en")}`],
+    ["contacts, velocities", `at ${kept.details.toLocaleString("en")} frames`],
+    ["plots", kept.steps_per_point > 1 ? `a point per ${kept.steps_per_point} steps` : "every step"],
+    ["positions", `rounded by at most ${quantity(table.error.position, "m", 2)}`],
+    ["rotations", `rounded by at most ${quantity(table.error.rotation, "rad", 2)}`],
+    ["velocities, impulses", "rounded to 11 bits (5·10⁻⁴)"],
+    ["size", bytes(replay.payload.packed)],
+  ]);
+}

@@ -1,0 +1,54 @@
+/** The panel of all charts. Charts are drawn when the panel is first seen. */
+
+import type { Clock } from "../clock";
+import { element } from "../dom";
+import type { Chart } from "../plots/charts";
+import { Plot } from "../plots/plot";
+import { onTheme } from "../theme";
+
+/** See the file's head. */
+export class PlotsPanel {
+  readonly root = element("div", { class: "plots" });
+  readonly plots: Plot[];
+  private width = 0;
+
+  constructor(charts: Chart[], clock: Clock) {
+    this.plots = charts.map((chart) => new Plot(chart, clock));
+    this.root.append(...this.plots.map((plot) => plot.root));
+    if (!charts.length) this.root.append(element("p", { class: "hint" }, "No steps were recorded."));
+    clock.onMove(() => this.showTime());
+    onTheme(() => this.build());
+    this.root.addEventListener("scroll", () => this.showTime());
+    window.addEventListener("scroll", () => this.showTime());
+    new ResizeObserver(() => this.fit()).observe(this.root);
+  }
+
+  /** Width for a chart [px]; charts stand a little into the panel's left margin. */
+  private get room(): number {
+    const { paddingLeft, paddingRight } = getComputedStyle(this.root);
+    return this.root.clientWidth - Number.parseFloat(paddingLeft) - Number.parseFloat(paddingRight) + 8;
+  }
+
+  private get visible(): boolean {
+    return this.root.clientWidth > 0;
+  }
+
+  private showTime(): void {
+    if (!this.visible) return;
+    const { top, bottom } = this.root.getBoundingClientRect();
+    for (const plot of this.plots) if (plot.isWithin(top, Math.min(bottom, innerHeight))) plot.showTime();
+  }
+
+  private fit(): void {
+    const width = this.room;
+    if (width <= 0 || width === this.width) return;
+    if (this.width === 0) this.build();
+    else for (const plot of this.plots) plot.resize(width);
+    this.width = width;
+  }
+
+  private build(): void {
+    const width = this.room;
+    if (width > 0) for (const plot of this.plots) plot.build(width);
+  }
+}

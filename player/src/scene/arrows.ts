@@ -1,0 +1,219 @@
+/**
+ * Contacts: a point, a tick along the normal, and the impulse on the body that it lifts as an arrow. They are drawn
+ * over the bodies, so that nothing buries them. Knows no page.
+ */
+
+import {
+  BufferGeometry,
+  Color,
+  ConeGeometry,
+  CylinderGeometry,
+  DynamicDrawUsage,
+  Float32BufferAttribute,
+  Group,
+  IcosahedronGeometry,
+  InstancedMesh,
+  LineBasicMaterial,
+  LineSegments,
+  Matrix4,
+  MeshBasicMaterial,
+  Quaternion,
+  type Raycaster,
+  Vector3,
+} from "three";
+import { islandsOf } from "../coupling";
+import type { Contacts, Replay } from "../data/replay";
+import { theme } from "../theme";
+
+/** What the colour of a contact tells. */
+export type ColourOf = "status" | "island" | "residual";
+
+/** What is drawn of contacts. */
+export interface ArrowSettings {
+  points: boolean;
+  normals: boolean;
+  impulses: boolean;
+  colour: ColourOf;
+  /** Length of an arrow against the usual one [1]. */
+  length: number;
+}
+
+/** Arrows are at most this many times as long as the usual impulse's [1]. */
+const LONGEST = 3;
+/** Of more contacts than this points and normals are drawn on demand, and those that do nothing are not. */
+const MANY = 300;
+const UP = new Vector3(0, 1, 0);
+
+/** See the file's head. */
+export class Arrows {
+  readonly group = new Group();
+  settings: ArrowSettings = { points: true, normals: true, impulses: true, colour: "status", length: 1 };
+  contacts: Contacts | undefined;
+  private points: InstancedMesh;
+  private shafts: InstancedMesh;
+  private heads: InstancedMesh;
+  private readonly ticks: LineSegments<BufferGeometry, LineBasicMaterial>;
+  private room = 256;
+  /** Contacts that are drawn, in order. */
+  private readonly drawn: number[] = [];
+
+  constructor(
+    private readonly replay: Replay,
+    /** Length of the usual arrow [m]. */
+    private readonly unit: number,
+  ) {
+    const most = Math.max(
+      ...[0, replay.frames >> 1, replay.frames - 1].map((at) => replay.contacts(at).count),
+    );
+    const many = most > MANY;
+    this.settings.normals = this.settings.points = !many;
+    this.points = instances(new IcosahedronGeometry(1, many ? 0 : 2), this.room);
+    this.shafts = instances(
+      new CylinderGeometry(1, 1, 1, many ? 3 : 8, 1, true).translate(0, 0.5, 0),
+      this.room,
+    );
+    this.heads = instances(new ConeGeometry(1, 1, many ? 4 : 12, 1, many).translate(0, 0.5, 0), this.room);
+    const over = { depthTest: false, depthWrite: false, transparent: true };
+    this.ticks = new LineSegments(new BufferGeometry(), new LineBasicMaterial(over));
+    this.ticks.frustumCulled = false;
+    this.ticks.renderOrder = 10;
+    this.group.add(this.points, this.shafts, this.heads, this.ticks);
+  }
+
+  /** Draws the contacts of a frame; `hovered` are pointed at, `worst` the bodies of the worst contact. */
+  show(frame: number, hovered: readonly number[], worst: readonly number[]): void {
+    const contacts = this.replay.contacts(frame);
+    this.contacts = contacts;
+    this.grow(contacts.count);
+    const colours = this.coloursOf(contacts, worst);
+    const light = new Color(theme().chosen);
+    const ticks: number[] = [];
+    this.drawn.length = 0;
+    for (let i = 0; i < contacts.count; i++) {
+      const lit = hovered.includes(i);
+      if (contacts.status[i] === 0 && contacts.count > MANY && !lit) continue;
+      this.draw(contacts, i, this.drawn.length, lit ? light : colours(i), lit, ticks);
+      this.drawn.push(i);
+    }
+    for (const mesh of [this.points, this.shafts, this.heads]) {
+      mesh.count = this.drawn.length;
+      mesh.instanceMatrix.clearUpdateRanges();
+      mesh.instanceMatrix.addUpdateRange(0, 16 * mesh.count);
+      mesh.instanceMatrix.needsUpdate = true;
+      if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+    }
+    this.points.boundingSphere = null;
+    this.points.visible = this.settings.points;
+    this.shafts.visible = this.heads.visible = this.settings.impulses;
+    this.ticks.visible = this.settings.normals && ticks.length > 0;
+    this.ticks.geometry.setAttribute("position", new Float32BufferAttribute(ticks, 3));
+    this.ticks.material.color.set(theme().edge);
+    if (theme().dark) this.ticks.material.color.set(0xe8ecef);
+  }
+
+  /** The contact whose point a ray meets first, or -1. */
+  pick(ray: Raycaster): number {
+    if (this.points.count === 0) return -1;
+    const [hit] = ray.intersectObject(this.points, false);
+    return hit?.instanceId === undefined ? -1 : this.drawn[hit.instanceId];
+  }
+
+  /** Colour of each contact. */
+  private coloursOf(contacts: Contacts, worst: readonly number[]): (contact: number) => Color {
+    const { status, lines } = theme();
+    if (this.settings.colour === "status") {
+      const known = status.map((colour) => new Color(colour));
+      return (i) => known[contacts.status[i]];
+    }
+    if (this.settings.colour === "residual") {
+      const [calm, bad] = [new Color(status[0]), new Color(status[3])];
+      return (i) => (worst.includes(contacts.a[i]) && worst.includes(contacts.b[i]) ? bad : calm);
+    }
+    const islands = islandsOf(this.replay, contacts);
+    const known = lines.slice(1).map((colour) => new Color(colour));
+    return (i) => known[islands[i] % known.length];
+  }
+
+  private draw(
+    contacts: Contacts,
+    i: number,
+    slot: number,
+    colour: Color,
+    lit: boolean,
+    ticks: number[],
+  ): void {
+    const d = this.replay.dimension;
+    const read = (values: Float32Array, into: Vector3): Vector3 =>
+      into.set(values[i * d], values[i * d + 1], d === 3 ? values[i * d + 2] : 0);
+    const at = read(contacts.point, POINT);
+    const normal = read(contacts.normal, NORMAL);
+    const impulse = read(contacts.frictionImpulse, IMPULSE).addScaledVector(
+      normal,
+      contacts.normalImpulse[i],
+    );
+    impulse.multiplyScalar(this.sideOf(contacts, i, impulse));
+    const thick = this.unit * (lit ? 0.06 : 0.032);
+    const size = contacts.status[i] === 0 && !lit ? 0.45 * thick : thick;
+    this.points.setMatrixAt(slot, MATRIX.compose(at, STILL, SIZE.setScalar(size)));
+    const share = impulse.length() / this.replay.usualImpulse;
+    const length = Math.min(share, LONGEST) * this.unit * this.settings.length;
+    const head = Math.min(0.35 * length, 0.22 * this.unit);
+    if (length > 1e-4 * this.unit) TURN.setFromUnitVectors(UP, impulse.normalize());
+    else TURN.identity();
+    const radius = Math.min(0.018 * this.unit, 0.1 * length);
+    this.shafts.setMatrixAt(slot, MATRIX.compose(at, TURN, SIZE.set(radius, length - head, radius)));
+    TIP.copy(at).addScaledVector(impulse, length - head);
+    this.heads.setMatrixAt(slot, MATRIX.compose(TIP, TURN, SIZE.set(0.3 * head, head, 0.3 * head)));
+    for (const mesh of [this.points, this.shafts, this.heads]) mesh.setColorAt(slot, colour);
+    if (contacts.status[i] === 0) return; // nothing acts
+    const tick = 0.16 * this.unit;
+    ticks.push(at.x, at.y, at.z, at.x + normal.x * tick, at.y + normal.y * tick, at.z + normal.z * tick);
+  }
+
+  /** 1 where the impulse on a is drawn, −1 for that on b: on the body that moves, of two on the one it lifts. */
+  private sideOf(contacts: Contacts, i: number, onA: Vector3): 1 | -1 {
+    const { inverseMass } = this.replay;
+    if (!(inverseMass[contacts.a[i]] > 0)) return -1;
+    if (!(inverseMass[contacts.b[i]] > 0)) return 1;
+    const gravity = this.replay.table.gravity;
+    const sinks = gravity[0] * onA.x + (gravity[1] ?? 0) * onA.y + (gravity[2] ?? 0) * onA.z;
+    return sinks > 0 ? -1 : 1;
+  }
+
+  /** Makes room for more contacts. */
+  private grow(count: number): void {
+    if (count <= this.room) return;
+    while (this.room < count) this.room *= 2;
+    this.points = this.regrown(this.points);
+    this.shafts = this.regrown(this.shafts);
+    this.heads = this.regrown(this.heads);
+  }
+
+  private regrown(mesh: InstancedMesh): InstancedMesh {
+    this.group.remove(mesh);
+    mesh.dispose();
+    const larger = instances(mesh.geometry, this.room);
+    this.group.add(larger);
+    return larger;
+  }
+}
+
+const POINT = new Vector3();
+const NORMAL = new Vector3();
+const IMPULSE = new Vector3();
+const TIP = new Vector3();
+const SIZE = new Vector3();
+const MATRIX = new Matrix4();
+const TURN = new Quaternion();
+const STILL = new Quaternion();
+
+/** Instances that are drawn over everything else. */
+function instances(geometry: BufferGeometry, room: number): InstancedMesh {
+  const material = new MeshBasicMaterial({ depthTest: false, depthWrite: false, transparent: true });
+  const made = new InstancedMesh(geometry, material, room);
+  made.instanceMatrix.setUsage(DynamicDrawUsage);
+  made.frustumCulled = false;
+  made.renderOrder = 11;
+  made.count = 0;
+  return made;
+}

@@ -1,0 +1,57 @@
+/** Pieces of a body for drawing: a geometry that equal bodies share, and where the piece sits in the body. */
+
+import { type BufferGeometry, Matrix4, Quaternion, Vector3 } from "three";
+import type { ShapeTable } from "../data/payload";
+import { planarForm } from "./planar";
+import { spatialForm } from "./spatial";
+
+/** A geometry that many pieces share; `size` scales it to a piece. */
+export interface Form {
+  /** Pieces with the same key share one geometry. */
+  key: string;
+  size: [number, number, number];
+  /** Fill and edges, made once per key. */
+  make(): { fill: BufferGeometry | null; edges: BufferGeometry };
+}
+
+/** How shapes are drawn. */
+export interface Detail {
+  /** How far unbounded shapes are drawn [m]. */
+  reach: number;
+  /** Corners of a full turn. */
+  round: number;
+}
+
+/** A form at its place in the shape's frame. */
+export interface Piece {
+  form: Form;
+  place: Matrix4;
+}
+
+/** The pieces of a shape. */
+export function piecesOf(shape: ShapeTable, space: "planar" | "spatial", detail: Detail): Piece[] {
+  if (shape.type !== "compound") {
+    const form = space === "planar" ? planarForm(shape, detail.reach) : spatialForm(shape, detail);
+    return [{ form, place: new Matrix4().makeScale(...form.size) }];
+  }
+  const parts = shape.parts as { pose: { position: number[]; rotation: number[] }; shape: ShapeTable }[];
+  return parts.flatMap((part) => {
+    const pose = poseOf(part.pose.position, part.pose.rotation);
+    return piecesOf(part.shape, space, detail).map(({ form, place }) => ({
+      form,
+      place: pose.clone().multiply(place),
+    }));
+  });
+}
+
+function poseOf(position: number[], rotation: number[]): Matrix4 {
+  const turn = new Quaternion();
+  if (rotation.length === 2)
+    turn.setFromAxisAngle(new Vector3(0, 0, 1), Math.atan2(rotation[1], rotation[0]));
+  else turn.set(rotation[1], rotation[2], rotation[3], rotation[0]);
+  return new Matrix4().compose(
+    new Vector3(position[0], position[1], position[2] ?? 0),
+    turn,
+    new Vector3(1, 1, 1),
+  );
+}

@@ -1,0 +1,255 @@
+/** The replay page in a real browser; `pages.py` made the pages. */
+
+import assert from "node:assert/strict";
+import { mkdirSync } from "node:fs";
+import { after, before, test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { Browser, settled } from "./browser.mjs";
+import { compareWithReference } from "./references.mjs";
+
+const OUT = fileURLToPath(new URL("out/", import.meta.url));
+let browser;
+
+before(async () => {
+  mkdirSync(OUT, { recursive: true });
+  browser = await Browser.start();
+});
+after(() => browser?.close());
+
+/** A test with a page that must neither complain nor ask for anything. */
+function withPage(name, file, options, body) {
+  test(name, async () => {
+    const page = await browser.open(`${OUT}${file}`, options);
+    try {
+      await body(page);
+      assert.deepEqual(page.complaints, [], "the page complains");
+      const outside = page.requests.filter((url) => !/^(file|data|blob|about):/.test(url));
+      assert.deepEqual(outside, [], "the page asks for something from outside");
+      assert.equal(page.requests.filter((url) => url.startsWith("file:")).length, 1, "only the page itself");
+    } finally {
+      await page.close();
+    }
+  });
+}
+
+/** How many colours the scene has, of every 37th pixel. */
+const coloursOfScene = (page) =>
+  page.evaluate(() => {
+    const source = window.carom.view.stage.canvas;
+    const copy = new OffscreenCanvas(source.width, source.height);
+    const context = copy.getContext("2d");
+    context.drawImage(source, 0, 0);
+    const { data } = context.getImageData(0, 0, copy.width, copy.height);
+    const colours = new Set();
+    for (let i = 0; i < data.length; i += 4 * 37)
+      colours.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);
+    return colours.size;
+  });
+
+/** Where on the page a body or a contact of the scene is. */
+const placeOf = (page, what, number) =>
+  page.evaluate(
+    ([what, number]) => {
+      const { view } = window.carom;
+      const box = view.stage.canvas.getBoundingClientRect();
+      const at = what === "body" ? view.bodyOnScreen(number) : view.contactOnScreen(number);
+      return { x: box.left + at.x, y: box.top + at.y };
+    },
+    [what, number],
+  );
+
+const chosen = (page) =>
+  page.evaluate(() => {
+    const { body, hoveredBodies, hoveredContacts } = window.carom.selection;
+    return { body, bodies: [...hoveredBodies], contacts: [...hoveredContacts] };
+  });
+
+for (const file of ["plane.html", "space.html", "gallery-plane.html", "gallery-space.html"]) {
+  for (const dark of [false, true]) {
+    withPage(
+      `the scene of ${file} is not blank, ${dark ? "dark" : "light"}`,
+      file,
+      { dark },
+      async (page) => {
+        assert.ok((await coloursOfScene(page)) >= 6);
+      },
+    );
+  }
+}
+
+withPage("scrubbing moves bodies, plots' cursors and the time", "plane.html", {}, async (page) => {
+  const state = () =>
+    page.evaluate(() => {
+      const { view, plots, clock } = window.carom;
+      return { body: view.bodyOnScreen(4), cursor: plots.plots[0].cursorLeft, frame: clock.frame };
+    });
+  const before = await state();
+  await page.locator(".scrubber").fill("60");
+  await settled(page);
+  const after = await state();
+  assert.equal(after.frame, 60);
+  assert.ok(Math.abs(after.body.x - before.body.x) > 20, "the disc has rolled");
+  assert.ok(after.cursor > before.cursor + 20, "the plots' cursor has moved");
+  assert.match(await page.locator(".time").innerText(), /^1\.000 s$/);
+});
+
+withPage("keys play, pause, step and jump", "plane.html", {}, async (page) => {
+  const frame = () => page.evaluate(() => window.carom.clock.frame);
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await frame(), 1);
+  await page.keyboard.press("Shift+ArrowRight");
+  assert.equal(await frame(), 11);
+  await page.keyboard.press("ArrowLeft");
+  assert.equal(await frame(), 10);
+  await page.keyboard.press("End");
+  assert.equal(await frame(), 90);
+  await page.keyboard.press("Home");
+  assert.equal(await frame(), 0);
+  await page.keyboard.press("+");
+  assert.equal(await page.evaluate(() => window.carom.clock.speed), 2);
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => window.carom.clock.frame > 3);
+  await page.keyboard.press("Space");
+  assert.equal(await page.evaluate(() => window.carom.clock.playing), false);
+});
+
+withPage("pointing at a body lights it up, a click opens its panel", "plane.html", {}, async (page) => {
+  const at = await placeOf(page, "body", 2);
+  await page.mouse.move(at.x, at.y);
+  await settled(page);
+  assert.deepEqual((await chosen(page)).bodies, [2]);
+  assert.equal(await page.locator(".tip").innerText(), "box1");
+  await page.mouse.click(at.x, at.y);
+  await settled(page);
+  assert.equal((await chosen(page)).body, 2);
+  assert.match(await page.locator(".body-panel").innerText(), /mass\s+2 kg/);
+});
+
+withPage("pointing at a contact lights up it and its two bodies", "plane.html", {}, async (page) => {
+  await page.evaluate(() => window.carom.seek(1.4));
+  await settled(page);
+  const pressing = await page.evaluate(() => {
+    const { arrows } = window.carom.view;
+    return [...arrows.contacts.normalImpulse].findIndex((impulse) => impulse > 0);
+  });
+  const at = await placeOf(page, "contact", pressing);
+  await page.mouse.move(at.x, at.y);
+  await settled(page);
+  const found = await chosen(page);
+  assert.equal(found.contacts.length, 1);
+  assert.equal(found.bodies.length, 2);
+  assert.match(await page.locator(".tip").innerText(), /normal .* N s/);
+});
+
+withPage("matrix and scene point at each other", "plane.html", {}, async (page) => {
+  await page.evaluate(() => window.carom.seek(1.4));
+  await page.getByRole("tab", { name: "Matrix" }).click();
+  await settled(page);
+  const entry = await page.evaluate(() => window.carom.matrix.placeOf(0, 1));
+  await page.mouse.move(entry.x, entry.y);
+  await settled(page);
+  const found = await chosen(page);
+  assert.deepEqual(found.contacts, [0, 1]);
+  assert.ok(found.bodies.length >= 1);
+  assert.match(await page.locator(".matrix-panel .told").innerText(), /share .*: A = .* 1\/kg/);
+  const marked = () =>
+    page.evaluate(() => {
+      const marks = document.querySelector(".marks");
+      const copy = new OffscreenCanvas(marks.width, marks.height).getContext("2d");
+      copy.drawImage(marks, 0, 0);
+      const { data } = copy.getImageData(0, 0, marks.width, marks.height);
+      return data.some((value) => value > 0);
+    });
+  assert.ok(await marked());
+  const at = await placeOf(page, "body", 1);
+  await page.mouse.move(at.x, at.y);
+  await settled(page);
+  assert.deepEqual((await chosen(page)).bodies, [1]);
+  assert.ok(await marked(), "rows of the body's contacts are marked");
+});
+
+withPage(
+  "plots tell values with units under the pointer, and a click jumps",
+  "plane.html",
+  {},
+  async (page) => {
+    const chart = page.locator('[data-chart="Energy"] .u-over');
+    const box = await chart.boundingBox();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await settled(page);
+    assert.match(await page.locator('[data-chart="Energy"] .readout').innerText(), /kinetic .* J/);
+    assert.ok(
+      await page.locator('[data-chart="Residual"] .readout.hovered').count(),
+      "all charts follow the pointer",
+    );
+    await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+    const time = await page.evaluate(() => window.carom.clock.time);
+    assert.ok(Math.abs(time - 0.75) < 0.05, `the middle is at 0.75 s, not ${time} s`);
+  },
+);
+
+withPage("the certificate tells the step shown and the worst step", "plane.html", {}, async (page) => {
+  await page.evaluate(() => window.carom.seek(0.5));
+  await page.getByRole("tab", { name: "Certificate" }).click();
+  const text = await page.locator(".certificate").innerText();
+  assert.match(text, /off the laws of contact by .* m\/s/);
+  assert.match(text, /positions\s+rounded by at most .* m/);
+});
+
+withPage("names of bodies are text and nothing else", "hostile.html", {}, async (page) => {
+  assert.equal(await page.evaluate(() => window.broken), undefined);
+  const names = await page.evaluate(() => window.carom.replays[0].names);
+  assert.equal(names[1], "</script><script>window.broken = 1</script>");
+  await page.evaluate(() => window.carom.selection.choose(2));
+  assert.equal(await page.evaluate(() => window.broken), undefined);
+  assert.match(await page.locator(".body-panel select").innerText(), /Körper ☃/);
+});
+
+withPage("two runs are shown as ghosts, side by side and alone", "two.html", {}, async (page) => {
+  assert.equal(await page.locator(".plot h3").first().innerText(), "Distance between the runs m");
+  for (const how of ["ghosts", "beside", "first", "second"]) {
+    await page.locator("header select").selectOption(how);
+    await settled(page);
+    assert.ok((await coloursOfScene(page)) >= 5, how);
+  }
+});
+
+withPage(
+  "on a phone nothing is wider than the screen",
+  "space.html",
+  { width: 390, height: 844 },
+  async (page) => {
+    const widths = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+    assert.ok(widths[0] <= widths[1], `${widths[0]} > ${widths[1]} pixels`);
+    await page.evaluate(() => window.carom.seek(0.6));
+    assert.ok((await coloursOfScene(page)) >= 6);
+  },
+);
+
+test("a notebook's frame shows the replay", async () => {
+  const page = await browser.context.newPage();
+  await page.goto(`file://${OUT}notebook.html`);
+  const frame = page.frames()[1];
+  await frame.waitForFunction(() => window.carom);
+  assert.equal(await frame.evaluate(() => window.carom.replays[0].names[1]), "box0");
+  await page.close();
+});
+
+for (const [name, file, time, dark, before] of [
+  ["plane", "plane.html", 1.0, false],
+  ["plane-dark", "plane.html", 1.0, true],
+  ["space", "space.html", 0.5, false],
+  ["space-dark", "space.html", 0.5, true],
+  ["gallery-plane", "gallery-plane.html", 0.0, false],
+  ["gallery-space", "gallery-space.html", 0.0, false],
+  ["ghosts", "two.html", 1.4, false],
+  ["beside", "two.html", 1.4, false, () => window.carom.view.setCompare("beside")],
+]) {
+  withPage(`the picture ${name} is as it was`, file, { width: 480, height: 300, dark }, async (page) => {
+    await page.evaluate(() => window.carom.showSceneOnly(true));
+    if (before) await page.evaluate(before);
+    await page.evaluate((at) => window.carom.seek(at), time);
+    await settled(page);
+    await compareWithReference(page, name);
+  });
+}

@@ -1,0 +1,146 @@
+"""Pages for the tests in a browser: small runs of the plane and of space, two runs side by side, hostile names.
+
+With --large: a run of 1,000 bodies and 600 frames, for the benchmark.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carom import planar, spatial
+from carom.scene import load_scene
+
+#: Names that would break a page that read them as HTML or ended a script at them.
+HOSTILE = (
+    "</script><script>window.broken = 1</script>",
+    "<img src=x onerror='window.broken = 2'>",
+    "Körper ☃ \u2028",
+)
+
+
+def stack() -> Any:
+    """Three boxes on each other, with a disc beside them."""
+    world = planar.World(dt=1 / 240)
+    world.add_static("floor", planar.HalfPlane(normal=(0, 1)), friction=0.5)
+    for i in range(3):
+        world.add_body(f"box{i}", planar.Box(1, 1), density=2.0, position=(0, 0.5 + i), friction=0.5)
+    world.add_body(
+        "disc",
+        planar.Circle(0.4),
+        density=1.0,
+        position=(3, 1.4),
+        velocity=(-2, 0),
+        friction=0.5,
+        restitution=0.5,
+    )
+    return world
+
+
+def gallery_planar() -> Any:
+    """Every shape of the plane."""
+    world = planar.World(gravity=(0, 0), dt=1 / 100)
+    shapes = [
+        planar.Circle(0.4),
+        planar.Box(0.8, 0.5),
+        planar.Capsule(0.5, 0.2),
+        planar.RoundBox(0.5, 0.4, radius=0.15),
+        planar.ConvexPolygon([[-0.4, -0.3], [0.4, -0.3], [0.0, 0.5]]),
+        planar.RoundPolygon([[-0.3, -0.2], [0.3, -0.2], [0.0, 0.3]], 0.12),
+        planar.Compound([(planar.Box(0.8, 0.2), (0, 0)), (planar.Circle(0.2), (0.3, 0.25))]),
+    ]
+    for i, shape in enumerate(shapes):
+        world.add_body(f"body{i}", shape, density=1.0, position=(1.2 * i, 0), angular_velocity=0.5)
+    world.add_static("segment", planar.Segment((-0.5, 0), (0.5, 0.2)), position=(0, -1.2))
+    world.add_static("polyline", planar.Polyline([[-0.5, 0], [0, 0.3], [0.5, 0]]), position=(1.5, -1.2))
+    world.add_static("terrain", planar.HeightField([0.0, 0.3, 0.1, 0.2], 2.0), position=(3.5, -1.3))
+    world.add_static("bowl", planar.Cavity(0.5), position=(6, -1.4))
+    world.add_static("ground", planar.HalfPlane(normal=(0, 1)), position=(0, -2.2))
+    return world
+
+
+def gallery_spatial() -> Any:
+    """Every shape of space."""
+    world = spatial.World(gravity=(0, 0, 0), dt=1 / 100)
+    rng = np.random.default_rng(1)
+    cloud = rng.normal(size=(20, 3)) * 0.25
+    tetrahedron = [[0.4, 0, -0.3], [-0.3, 0.4, -0.3], [-0.3, -0.4, -0.3], [0, 0, 0.5]]
+    shapes = [
+        spatial.Sphere(0.4),
+        spatial.Box(0.8, 0.5, 0.4),
+        spatial.Capsule(0.5, 0.2),
+        spatial.Cylinder(0.6, 0.3),
+        spatial.Cone(0.7, 0.35),
+        spatial.ConvexHull(cloud),
+        spatial.RoundBox(0.5, 0.4, 0.3, radius=0.1),
+        spatial.RoundCylinder(0.4, 0.25, 0.1),
+        spatial.RoundCone(0.5, 0.25, 0.1),
+        spatial.RoundConvexHull(tetrahedron, 0.08),
+        spatial.TriMesh(tetrahedron, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]),
+        spatial.Compound([(spatial.Box(0.8, 0.2, 0.2), (0, 0, 0)), (spatial.Sphere(0.2), (0.3, 0, 0.25))]),
+    ]
+    for i, shape in enumerate(shapes):
+        where = (1.2 * (i % 4), 1.2 * (i // 4), 0.0)
+        world.add_body(f"body{i}", shape, density=1.0, position=where, angular_velocity=(0.3, 0.5, 0.2))
+    heights = 0.15 * np.sin(np.arange(5))[:, None] * np.cos(np.arange(6))[None, :]
+    world.add_static("terrain", spatial.HeightField(heights, (2.0, 1.6)), position=(-2, 0.6, -0.6))
+    world.add_static("bowl", spatial.Cavity(0.6), position=(-2, 2.6, 0))
+    world.add_static("ground", spatial.HalfSpace(normal=(0, 0, 1)), position=(0, 0, -0.8))
+    return world
+
+
+def drop() -> Any:
+    """Balls and boxes of space that fall on the ground."""
+    world = spatial.World(dt=1 / 240)
+    world.add_static("floor", spatial.HalfSpace(), friction=0.5)
+    for i in range(12):
+        shape = spatial.Box(0.4, 0.3, 0.2) if i % 2 else spatial.Sphere(0.2)
+        where = (0.45 * (i % 3), 0.45 * (i // 3 % 2), 0.35 + 0.4 * (i // 6))
+        world.add_body(f"body{i}", shape, density=500.0, position=where, friction=0.4)
+    return world
+
+
+def hostile() -> Any:
+    """Bodies with hostile names."""
+    world = planar.World(dt=1 / 100)
+    world.add_static("floor", planar.HalfPlane(normal=(0, 1)))
+    for i, name in enumerate(HOSTILE):
+        world.add_body(name, planar.Circle(0.4), density=1.0, position=(i, 0.4))
+    return world
+
+
+def small(folder: Path) -> None:
+    """The pages of the tests."""
+    run = stack().run(1.5, every=4)
+    run.to_html(folder / "plane.html")
+    run.to_html(folder / "two.html", other=stack().run(1.5, every=4, solver="sequential", iterations=3))
+    drop().run(1.2, every=4).to_html(folder / "space.html")
+    gallery_planar().run(1.0, every=4).to_html(folder / "gallery-plane.html")
+    gallery_spatial().run(1.0, every=4).to_html(folder / "gallery-space.html")
+    hostile().run(0.3).to_html(folder / "hostile.html")
+    (folder / "notebook.html").write_text(
+        f"<!doctype html><body>{run._repr_html_()}</body>", encoding="utf-8"
+    )
+
+
+def large(folder: Path) -> None:
+    """1,000 bodies, 600 frames, all of them in contact at the end."""
+    world = load_scene("pile").build()
+    world.scheme = "soft_step"
+    run = world.run(10.0, dt=1 / 60)
+    path = run.to_html(folder / "large.html", explain_seconds=0.0)
+    print(f"{len(run.names)} bodies, {len(run.time)} frames: {path.stat().st_size / 1e6:.1f} MB")
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")
+    target = Path(sys.argv[1])
+    target.mkdir(parents=True, exist_ok=True)
+    if "--large" in sys.argv:
+        large(target)
+    else:
+        small(target)
