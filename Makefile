@@ -126,7 +126,8 @@ bench-collide:
 	$(CARGO) run --quiet --release --locked --package carom-scenes --bin collide
 
 # rolling, bouncing, cubes of balls: minutes; STEPS=1e-4,1e-3 asks for other step lengths, TASKS=666,bouncing for some
-# tasks alone, SCHEMES=events,events_within_the_step,fixed_step for some ways. It ends with 1 when a run with events misses a demand, and writes its results all the same.
+# tasks alone, SCHEMES=events,events_within_the_step,fixed_step for some ways. It ends with 1 when a run with events misses a demand, and writes its results all the same;
+# rows of other runs stay.
 STEPS ?=
 TASKS ?=
 SCHEMES ?=

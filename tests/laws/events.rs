@@ -25,6 +25,7 @@ in_plane_and_space!(
     an_arrival_at_the_very_end_of_a_step_is_met,
     a_fast_ball_does_not_pass_through_a_thin_plate,
     a_light_ball_thrown_by_a_heavy_one_does_not_pass_through_its_neighbour,
+    a_body_that_leaves_its_reach_meets_what_stands_there_and_nothing_else,
     a_tumbling_block_comes_to_rest_and_stays,
 );
 
@@ -450,6 +451,34 @@ pub fn a_light_ball_thrown_by_a_heavy_one_does_not_pass_through_its_neighbour<S:
     assert!(x[0] + 0.2 <= x[1] + 1e-9 && x[1] + 0.2 <= x[2] + 1e-9, "in their order: {x:?}");
     let kinetic = w.energy().total();
     close(kinetic, 0.5 * 1000.0 * 100.0, 1e-6, "energy [J]");
+}
+
+/// A ball of a gram at rest, struck by a ton, with nothing in its way or with something: its larger reach brings pairs
+/// that never meet, pairs that meet within the step, or none, and all go as if each had been looked at from the start.
+pub fn a_body_that_leaves_its_reach_meets_what_stands_there_and_nothing_else<S: Dimension>() {
+    let place = |target: Option<(f64, f64)>| {
+        let mut w = world::<S>(without_weight(0.1));
+        for (name, mass, place, speed) in [("heavy", 1000.0, 0.0, 10.0), ("light", 1e-3, 0.4, 0.0)] {
+            let ball = BodySpec::heavy(S::ball(0.1), mass).at(S::at(place, 0.0)).moving(S::at(speed, 0.0));
+            add(&mut w, name, ball.restitution(1.0).friction(0.0));
+        }
+        if let Some((along, up)) = target {
+            let ball = BodySpec::heavy(S::ball(0.1), 1e-3).at(S::at(along, up));
+            add(&mut w, "target", ball.restitution(1.0).friction(0.0));
+        }
+        let report = step(&mut w);
+        let m = w.bodies().motion.clone();
+        (report.events.arrivals, S::along(m.position[1]), m.velocity.last().copied().expect("bodies"))
+    };
+    let (alone, freely, _) = place(None);
+    assert_eq!(alone, 1);
+    // thrown at nearly 20 m/s after 20 ms
+    close(freely, 0.4 + 0.08 * 20.0, 1e-4, "thrown [m]");
+    // beside its way, within the box of its reach
+    let (beside, passed, still) = place(Some((1.5, 0.3)));
+    assert_eq!((beside, passed, still.norm()), (1, freely, 0.0));
+    let (met, stopped, thrown) = place(Some((1.5, 0.0)));
+    assert!(met >= 2 && stopped < 1.5 && thrown.norm() > 19.0, "{met} arrivals, {stopped} m, {thrown:?}");
 }
 
 /// A leaning block dropped on its corner: impacts, slips, rocking, rest. No step gains, nothing overlaps.

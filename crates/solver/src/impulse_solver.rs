@@ -64,6 +64,18 @@ pub struct SolveSettings {
     /// Which of several solutions to return.
     #[serde(default)]
     pub impulses: ImpulseChoice,
+    /// What will do where the tolerance takes long; read by solvers that factorise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub content: Option<Content>,
+}
+
+/// What a solve is content with in the end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Content {
+    /// Factorisations from which on it is \[1\].
+    pub after: usize,
+    /// Residual \[m/s\].
+    pub tolerance: f64,
 }
 
 /// More than any well-posed problem of the public collections takes.
@@ -79,6 +91,7 @@ impl Default for SolveSettings {
             tolerance: 1e-6,
             factorisations: most_factorisations(),
             impulses: ImpulseChoice::Any,
+            content: None,
         }
     }
 }

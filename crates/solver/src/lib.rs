@@ -36,7 +36,7 @@ pub use diagnosis::{Diagnosis, diagnose};
 pub use friction_problem::{FrictionProblem, Measure, measure};
 pub use friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 pub use friction_solver_kind::FrictionSolverKind;
-pub use impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
+pub use impulse_solver::{Content, ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
 pub use islands::{Islands, Part, Partition};
 pub use outcome::{IslandReport, Outcome, StageReport, Stop};
 pub use problem::{

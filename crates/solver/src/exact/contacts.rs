@@ -12,7 +12,7 @@ use super::single::single;
 use super::{Goal, feasibility_of, solve_blocks};
 use crate::cone::project;
 use crate::friction_problem::project_on_cone;
-use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings};
+use crate::impulse_solver::{Content, ImpulseChoice, ImpulseSolver, SolveSettings};
 use crate::methods::judged_in;
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
@@ -129,11 +129,16 @@ impl<S: Space> ExactContacts<S> {
         let (mut iterations, mut factorisations, mut worth_asking) = (0, 0, false);
         let mut outcome = Outcome::nothing_to_do();
         for attempt in 0..ATTEMPTS {
+            let share = SHARE * 0.1_f64.powi(attempt) / blocks.largest_velocity();
             let goal = Goal {
-                tolerance: settings.tolerance * SHARE * 0.1_f64.powi(attempt) / blocks.largest_velocity(),
+                tolerance: settings.tolerance * share,
                 sweeps: settings.iterations.min(300),
                 factorisations: settings.factorisations - factorisations,
                 impulses: settings.impulses,
+                content: settings.content.map(|c| Content {
+                    after: c.after.saturating_sub(factorisations),
+                    tolerance: c.tolerance * SHARE / blocks.largest_velocity(),
+                }),
                 early: false,
             };
             let answer = solve_blocks(&blocks, &goal, &mut r, (&mut self.analyses, memory), watch);
@@ -160,7 +165,8 @@ impl<S: Space> ExactContacts<S> {
         }
         self.keep_better(problem, &mut outcome, impulses);
         // a tolerance of 0 asks for nothing, so nothing is missed
-        if worth_asking && settings.tolerance > 0.0 && !(outcome.residual.absolute <= settings.tolerance) {
+        let enough = settings.content.map_or(0.0, |c| c.tolerance).max(settings.tolerance);
+        if worth_asking && settings.tolerance > 0.0 && !(outcome.residual.absolute <= enough) {
             outcome.strict_feasibility = feasibility_of(&blocks, &mut self.analyses);
         }
         memory.blocks = blocks;

@@ -8,7 +8,7 @@ use super::minimum_norm::KNOWN;
 use super::minimum_norm_mixed::{largest_velocity, least};
 use crate::cone::project;
 use crate::delassus::{Csr, delassus_of};
-use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings};
+use crate::impulse_solver::{Content, ImpulseChoice, ImpulseSolver, SolveSettings};
 use crate::methods::nncg::Nncg;
 use crate::methods::on_bodies::OnBodies;
 use crate::outcome::{Outcome, Stop};
@@ -237,6 +237,10 @@ impl<'a, S: Space> Newton<'a, S> {
             return Err(End::Over(Stop::OutOfFactorisations));
         }
         let residual = self.best.as_ref().map_or(f64::INFINITY, |b| b.0.absolute);
+        let will_do = |c: Content| self.factorisations >= c.after && residual <= c.tolerance;
+        if self.settings.content.is_some_and(will_do) {
+            return Err(End::Over(Stop::OutOfFactorisations));
+        }
         if !watch(&Progress { stage, iterations: self.factorisations, residual }) {
             return Err(End::Over(Stop::Interrupted));
         }

@@ -46,7 +46,7 @@ mod whole_face;
 
 use crate::friction_problem::{FrictionProblem, Measure, measure, measured_in, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
-use crate::impulse_solver::ImpulseChoice;
+use crate::impulse_solver::{Content, ImpulseChoice};
 use crate::methods::lemke::Lemke;
 use crate::watch::{Progress, Watch, unwatched};
 use analyses::Analyses;
@@ -88,6 +88,8 @@ struct Goal {
     sweeps: usize,
     factorisations: usize,
     impulses: ImpulseChoice,
+    /// What will do after how many factorisations.
+    content: Option<Content>,
     /// Newton from the sweeps before the interior point. Its answers lie on the edges of the cones where others are
     /// as good, and are worse starts for the next step than the interior point's.
     early: bool,
@@ -215,6 +217,7 @@ fn in_dimension<const D: usize>(
         sweeps: settings.iterations.min(300),
         factorisations: settings.factorisations,
         impulses: settings.impulses,
+        content: None,
         early: true,
     };
     let (mut analyses, mut memory) = (Analyses::default(), Memory::default());
@@ -329,6 +332,7 @@ fn solve_blocks<const D: usize>(
             let limits = (goal.tolerance, goal.factorisations);
             let mut watched = |p: &Progress| watch(p);
             let mut solve = Solve::of(blocks, limits, (analyses, memory), &mut watched);
+            solve.content = goal.content;
             second_order(&mut solve, goal, (r, given.as_deref()), &mut answer);
             solve.leave(memory);
         }

@@ -8,6 +8,7 @@ use super::lane::{Lane, Lanes, lanes, live, load, store};
 use super::memory::{Memory, Pool};
 use super::scaled::Scaled;
 use super::system::System;
+use crate::impulse_solver::Content;
 use crate::watch::{Progress, Watch};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -32,6 +33,8 @@ pub struct Solve<'a, const D: usize> {
     pub tolerance: f64,
     /// Most factorisations.
     pub budget: usize,
+    /// What will do after how many factorisations; its tolerance is in the measure of `tolerance`.
+    pub content: Option<Content>,
     /// The best iterate of all stages, in the units of the cone, and its errors.
     pub best: Vec<[f64; D]>,
     pub best_errors: Errors,
@@ -55,7 +58,8 @@ impl<'a, const D: usize> Solve<'a, D> {
         system.update(&scaled, analyses);
         let best = pool.zeros(scaled.velocity.len());
         let best_errors = Errors::default();
-        Solve { blocks, scaled, system, tolerance, budget, best, best_errors, pool, watch }
+        let content = None;
+        Solve { blocks, scaled, system, tolerance, budget, content, best, best_errors, pool, watch }
     }
     /// Gives the memory back.
     pub fn leave(self, memory: &mut Memory<D>) {
@@ -85,9 +89,11 @@ impl<const D: usize> Solve<'_, D> {
         }
         errors
     }
-    /// True when no factorisation is left.
+    /// True when no factorisation is left, or so many are spent that what there is will do.
     pub fn spent(&self) -> bool {
-        self.system.factorisations >= self.budget
+        let spent = self.system.factorisations;
+        let will_do = |c: Content| spent >= c.after && self.best_errors.solves(c.tolerance);
+        spent >= self.budget || self.content.is_some_and(will_do)
     }
     /// Tells the progress; false when asked to stop.
     pub fn tell(&mut self, stage: &'static str, iterations: usize) -> bool {

@@ -2,7 +2,7 @@
 
 use crate::scenes::*;
 use carom_math::Space;
-use carom_solver::{ImpulseChoice, Impulses, SolveSettings, SolverKind, Stop, residual};
+use carom_solver::{Content, ImpulseChoice, Impulses, SolveSettings, SolverKind, Stop, residual};
 
 /// The residual is within this factor of the measure that the solver keeps its best by.
 const FACTOR: f64 = 3.0;
@@ -43,6 +43,40 @@ fn a_spent_budget_gives_the_best_so_far_and_says_so<S: Space>() {
     }
 }
 
+/// A solve that takes long ends with what will do as soon as it has that, and what does not will do is looked for from
+/// where the solve is: it never takes more factorisations than without.
+fn a_long_solve_ends_with_what_will_do_and_never_starts_over<S: Space>() {
+    let problem = wall::<S>(5, 6, 0.5);
+    let solve = |content: Option<Content>| {
+        let settings = SolveSettings { tolerance: 1e-10, content, ..SolveSettings::default() };
+        let mut found = Impulses::zero(&problem);
+        (SolverKind::Exact.make().solve(&problem, &settings, &mut found), found)
+    };
+    let (plain, impulses) = solve(None);
+    assert_eq!(plain.stop, Stop::Converged);
+    let mut short = 0;
+    for after in 0..plain.factorisations + 2 {
+        for tolerance in [1e-2, 1e-4, 1e-6] {
+            let (outcome, _) = solve(Some(Content { after, tolerance }));
+            let what = format!("{tolerance:e} after {after}: {outcome:?}, otherwise {plain:?}");
+            assert!(outcome.factorisations <= plain.factorisations, "{what}");
+            if outcome.stop == Stop::OutOfFactorisations {
+                assert!(outcome.residual.absolute <= tolerance && outcome.factorisations >= after, "{what}");
+                short += 1;
+            } else {
+                assert_eq!(outcome.stop, Stop::Converged, "{what}");
+            }
+        }
+        let (outcome, found) = solve(Some(Content { after, tolerance: 1e-300 }));
+        assert_eq!(
+            (outcome.factorisations, found),
+            (plain.factorisations, impulses.clone()),
+            "after {after}"
+        );
+    }
+    assert!(short > 3, "only {short} solves had enough before they were done");
+}
+
 /// A good start is not lost to a budget that ends in a worse place.
 fn a_start_better_than_what_a_budget_reaches_is_kept<S: Space>() {
     let problem = wall::<S>(5, 6, 0.5);
@@ -60,6 +94,7 @@ fn a_start_better_than_what_a_budget_reaches_is_kept<S: Space>() {
 }
 
 in_both_spaces! {
+    a_long_solve_ends_with_what_will_do_and_never_starts_over;
     a_spent_budget_gives_the_best_so_far_and_says_so;
     a_start_better_than_what_a_budget_reaches_is_kept;
 }

@@ -40,6 +40,26 @@ impl SolveReport {
             islands: outcome.islands,
         }
     }
+    /// What it says of some bodies, ascending, that no others were joined with; all of it where the solver does not go
+    /// island by island, `None` where nothing pressed.
+    pub(crate) fn of_bodies(&self, bodies: &[usize]) -> Option<SolveReport> {
+        if self.islands.is_empty() {
+            return Some(SolveReport { iterations: 0, ..self.clone() });
+        }
+        let has = |i: usize| bodies.binary_search(&i).is_ok();
+        let islands: Vec<IslandReport> =
+            self.islands.iter().filter(|island| has(island.first_body)).cloned().collect();
+        let worst = islands.iter().max_by(|a, b| a.residual.total_cmp(&b.residual))?;
+        Some(SolveReport {
+            contacts: islands.iter().map(|island| island.contacts).sum(),
+            iterations: islands.iter().map(IslandReport::iterations).sum(),
+            residual: worst.residual,
+            relative_residual: worst.relative_residual,
+            worst: self.worst.filter(|(a, b)| has(*a) && has(*b)),
+            stop: self.stop.clone(),
+            islands,
+        })
+    }
     /// True when the residual is within what was asked for; a tolerance of 0 asks for nothing.
     pub fn is_within(&self, tolerance: f64) -> bool {
         tolerance == 0.0 || self.residual <= tolerance

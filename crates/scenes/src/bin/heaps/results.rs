@@ -140,15 +140,7 @@ fn row(m: &Measurement) -> String {
 
 /// Rows of a file with those of these runs in place of older ones of the same tasks and choices.
 fn merged(old: Vec<String>, runs: &[&Measurement]) -> Vec<String> {
-    let key = |row: &str| row.splitn(KEY + 1, ',').take(KEY).collect::<Vec<_>>().join(",");
-    let mut rows = old;
-    for new in runs.iter().map(|m| row(m)) {
-        match rows.iter_mut().find(|old| key(old) == key(&new)) {
-            Some(old) => *old = new,
-            None => rows.push(new),
-        }
-    }
-    rows
+    carom_scenes::results::merged(old, runs.iter().map(|m| row(m)).collect(), KEY)
 }
 
 /// Writes FOLDER/MACHINE/heaps.csv when there is a folder; rows of other runs stay.

@@ -14,7 +14,8 @@ simbenchmark: carom on the tasks of SimBenchmark, beside the published figures
                     [events, fixed_step]
   --tolerance X     residual that solves of events aim at, over |g| dt [1e-12, the scheme's default]; at 1e-8 balls at
                     rest creep 1e-11 m into the ground, more than 666 may
-  --out FOLDER      folder of the results, FOLDER/MACHINE/simbenchmark.csv [none are written]";
+  --out FOLDER      folder of the results, FOLDER/MACHINE/simbenchmark.csv [none are written]; rows of other runs stay, and those
+                    of this are written step length by step length, so that a run may be stopped at any time";
 
 /// What to run.
 pub struct Arguments {

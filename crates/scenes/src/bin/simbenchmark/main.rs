@@ -32,12 +32,13 @@ fn main() -> ExitCode {
                 all.push(measured);
             }
             println!("{}", results::published_lines(task, dt));
+            // whoever stops the program keeps what was measured
+            if let Err(error) = results::save(given.out.as_deref(), &all) {
+                eprintln!("{error}");
+                return ExitCode::from(2);
+            }
         }
         println!("{}", results::left_out(task, &given.steps_of(task)));
-    }
-    if let Err(error) = results::save(given.out.as_deref(), &all) {
-        eprintln!("{error}");
-        return ExitCode::from(2);
     }
     let missed = all.iter().filter(|m| m.is_held_to_demands() && !m.missed().is_empty()).count();
     println!("{}", results::summary(&all));

@@ -6,8 +6,13 @@ use crate::task::{Choice, Task};
 use carom::{PlasticArrivals, Scheme};
 use std::path::Path;
 
-/// Columns of the file; an empty cell was not measured.
+/// Name of the file.
+const FILE: &str = "simbenchmark.csv";
+/// Columns of the file; an empty cell was not measured. The first four say what ran.
 const COLUMNS: &str = "task,engine,dt,tolerance,steps,error,place_error,overlap,largest_gain,projection,closure,events,impacts,capped_steps,guards,residual_max,seconds,verdict";
+
+/// Columns that a run is known by.
+const KEY: usize = 4;
 
 /// Step lengths of the published figures \[s\].
 const STEPS: [f64; 4] = [1e-4, 1e-3, 1e-2, 1e-1];
@@ -129,11 +134,8 @@ fn csv(m: &Measurement) -> String {
     )
 }
 
-/// Writes FOLDER/MACHINE/simbenchmark.csv when there is a folder: our runs, and the published figures beside them.
-///
-/// # Errors
-/// What the file system says.
-pub fn save(folder: Option<&Path>, all: &[Measurement]) -> Result<(), String> {
+/// Our runs, and the published figures beside them.
+fn rows(all: &[Measurement]) -> Vec<String> {
     let mut rows = Vec::new();
     for (k, m) in all.iter().enumerate() {
         rows.push(csv(m));
@@ -144,5 +146,15 @@ pub fn save(folder: Option<&Path>, all: &[Measurement]) -> Result<(), String> {
             }));
         }
     }
-    carom_scenes::results::save(folder, "simbenchmark.csv", COLUMNS, &rows)
+    rows
+}
+
+/// Writes FOLDER/MACHINE/simbenchmark.csv when there is a folder; rows of other runs stay.
+///
+/// # Errors
+/// What the file system says.
+pub fn save(folder: Option<&Path>, all: &[Measurement]) -> Result<(), String> {
+    let Some(results) = folder else { return Ok(()) };
+    let old = carom_scenes::results::rows(results, FILE, COLUMNS);
+    carom_scenes::results::save(folder, FILE, COLUMNS, &carom_scenes::results::merged(old, rows(all), KEY))
 }

@@ -1,10 +1,10 @@
 //! How hard a solve tries. The scheme aims at a residual far below the run's tolerance; nearly all problems reach it in
-//! a few factorisations. The rest would go the long ways round through thousands, to no one's good: they end at the
-//! run's tolerance, and only what misses that as well is solved with all that the settings allow.
+//! a few factorisations. The rest would go the long ways round through thousands, to no one's good: after so many they
+//! are content with the run's tolerance, and go on from where they are only while they miss that as well.
 
 use carom_geometry::Geometry;
 use carom_solver::{
-    ContactProblem, ImpulseChoice, ImpulseSolver, Impulses, Outcome, SolveSettings, Stop, Watch,
+    ContactProblem, Content, ImpulseChoice, ImpulseSolver, Impulses, Outcome, SolveSettings, Stop, Watch,
 };
 
 /// Factorisations after which a solve is content with the run's tolerance.
@@ -39,15 +39,17 @@ impl<S: Geometry> ImpulseSolver<S> for Aiming<'_, S> {
             // the least impulses are told by nothing but the solver's own word that it has found them
             return self.solver.solve_watched(problem, settings, impulses, watch);
         }
-        let few = SolveSettings { factorisations: settings.factorisations.min(AIM), ..*settings };
-        let outcome = self.solver.solve_watched(problem, &few, impulses, watch);
-        let is_short = outcome.stop == Stop::OutOfFactorisations && settings.factorisations > AIM;
         let enough = self.enough.max(settings.tolerance);
-        if !is_short || outcome.residual.absolute <= enough {
+        let content = Content { after: AIM, tolerance: enough };
+        let asked = SolveSettings { content: Some(content), ..*settings };
+        let outcome = self.solver.solve_watched(problem, &asked, impulses, watch);
+        let left = settings.factorisations.saturating_sub(outcome.factorisations);
+        if outcome.stop != Stop::OutOfFactorisations || outcome.residual.absolute <= enough || left == 0 {
             return outcome;
         }
+        // the solver's own measure is within a small factor of the residual, and was content too soon
         let spent = (outcome.iterations, outcome.factorisations);
-        let all = SolveSettings { tolerance: enough, ..*settings };
+        let all = SolveSettings { tolerance: enough, factorisations: left, ..*settings };
         let mut outcome = self.solver.solve_watched(problem, &all, impulses, watch);
         outcome.iterations += spent.0;
         outcome.factorisations += spent.1;
@@ -61,12 +63,12 @@ mod tests {
     use carom_math::{Column, Spatial, Vec3, vec3};
     use carom_solver::{BoundedRow, InverseMass, Residual, Twist, unwatched};
 
-    /// Reaches a residual only with more factorisations than the aim has; keeps what it was asked.
-    struct Slow(Vec<SolveSettings>);
+    /// Is content before the residual is; keeps what it was asked.
+    struct Hasty(Vec<SolveSettings>);
 
-    impl ImpulseSolver<Spatial> for Slow {
+    impl ImpulseSolver<Spatial> for Hasty {
         fn name(&self) -> &'static str {
-            "slow"
+            "hasty"
         }
         fn finds(&self, _choice: ImpulseChoice) -> bool {
             true
@@ -79,44 +81,55 @@ mod tests {
             _watch: &mut Watch,
         ) -> Outcome {
             self.0.push(*settings);
-            let (absolute, stop) = if settings.factorisations > AIM {
-                (0.0, Stop::Converged)
-            } else {
-                (1e-5, Stop::OutOfFactorisations)
+            let (absolute, stop) = match settings.content {
+                Some(_) => (1e-5, Stop::OutOfFactorisations),
+                None => (0.0, Stop::Converged),
             };
-            Outcome::new(1, Residual { absolute, relative: 0.0, worst: None }, stop)
+            let mut outcome = Outcome::new(1, Residual { absolute, relative: 0.0, worst: None }, stop);
+            outcome.factorisations = AIM;
+            outcome
         }
     }
 
-    /// What a slow solver is asked for where a residual is enough.
+    /// What a hasty solver is asked for where a residual is enough.
     fn asked(impulses: ImpulseChoice, enough: f64) -> Vec<SolveSettings> {
         let mass = |linear| InverseMass { linear, ..InverseMass::default() };
         let mut problem = ContactProblem::new(vec![mass(1.0), mass(0.0)], vec![Twist::default(); 2]);
         let (on_a, on_b) = (Twist::new(vec3(1.0, 0.0, 0.0), Vec3::ZERO), Twist::default());
         let (lo, hi) = (f64::NEG_INFINITY, f64::INFINITY);
         problem.rows.push(BoundedRow { id: 0, a: 0, b: 1, on_a, on_b, target: 0.0, lo, hi });
-        let mut slow = Slow(Vec::new());
-        let settings = SolveSettings { impulses, tolerance: 1e-12, iterations: 100, factorisations: 2000 };
+        let mut hasty = Hasty(Vec::new());
+        let settings = SolveSettings {
+            impulses,
+            tolerance: 1e-12,
+            iterations: 100,
+            factorisations: 2000,
+            content: None,
+        };
         let mut given = Impulses::zero(&problem);
-        Aiming { solver: &mut slow, enough }.solve_watched(&problem, &settings, &mut given, &mut unwatched);
-        slow.0
+        Aiming { solver: &mut hasty, enough }.solve_watched(&problem, &settings, &mut given, &mut unwatched);
+        hasty.0
     }
 
     #[test]
-    fn what_is_good_enough_after_a_few_factorisations_is_not_solved_further() {
-        assert_eq!(asked(ImpulseChoice::Any, 1e-4).len(), 1);
+    fn a_solve_that_takes_long_is_told_what_will_do_and_not_asked_twice() {
+        let asked = asked(ImpulseChoice::Any, 1e-4);
+        assert_eq!(asked.len(), 1);
+        assert_eq!(asked[0].content, Some(Content { after: AIM, tolerance: 1e-4 }));
+        assert_eq!((asked[0].tolerance, asked[0].factorisations), (1e-12, 2000));
     }
 
     #[test]
-    fn what_misses_the_runs_tolerance_is_solved_to_it_with_all_there_is() {
+    fn what_misses_the_runs_tolerance_is_solved_to_it_with_all_that_is_left() {
         let asked = asked(ImpulseChoice::Any, 1e-6);
-        assert_eq!(asked.iter().map(|s| s.factorisations).collect::<Vec<_>>(), [AIM, 2000]);
-        assert_eq!(asked[1].tolerance, 1e-6);
+        assert_eq!(asked.iter().map(|s| s.factorisations).collect::<Vec<_>>(), [2000, 2000 - AIM]);
+        assert_eq!((asked[1].tolerance, asked[1].content), (1e-6, None));
     }
 
     #[test]
     fn the_least_impulses_are_looked_for_with_all_there_is() {
         let asked = asked(ImpulseChoice::MinimumNorm, 1e-4);
         assert_eq!((asked.len(), asked[0].factorisations, asked[0].tolerance), (1, 2000, 1e-12));
+        assert_eq!(asked[0].content, None);
     }
 }

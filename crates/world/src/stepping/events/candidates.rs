@@ -1,5 +1,5 @@
 //! Which bodies may meet within a step: pairs whose reaches overlap. A reach is a guess that is checked: a body that
-//! outgrows its own gets a larger one, and the step begins again.
+//! outgrows its own gets a larger one, and where that brings a pair that may have met, the step begins again.
 
 use super::limits::Limits;
 use crate::bodies::Bodies;
@@ -10,7 +10,7 @@ use carom_geometry::{Aabb, Geometry};
 use carom_math::Column;
 
 /// Margin of a first guess of a reach over the way at the present velocity and acceleration \[1\].
-const MARGIN: f64 = 1.25;
+pub const MARGIN: f64 = 1.25;
 
 /// The reach of a body that outgrew its own over the way that it came \[1\].
 const GROWTH: f64 = 2.0;
@@ -53,6 +53,14 @@ pub fn reaches<S: Geometry>(
     (0..bodies.len()).map(guess).collect()
 }
 
+/// True for bodies that contacts may join.
+fn may_meet<S: Geometry>(bodies: &Bodies<S>, i: usize, j: usize) -> bool {
+    let (a, b) = (&bodies.data[i], &bodies.data[j]);
+    let moves = a.inverse_mass > 0.0 || b.inverse_mass > 0.0;
+    let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;
+    moves && groups && !bodies.joints.keeps_apart(i, j)
+}
+
 impl<S: Geometry> Candidates<S> {
     /// Finds the pairs for these reaches.
     pub fn update(&mut self, bodies: &Bodies<S>, reaches: &[f64], limits: &Limits) {
@@ -68,13 +76,8 @@ impl<S: Geometry> Candidates<S> {
             self.indices.push(i);
             self.movable.push(d.inverse_mass > 0.0);
         }
-        let (data, indices) = (&bodies.data, &self.indices);
-        let may_pair = |i: usize, j: usize| {
-            let (a, b) = (&data[indices[i]], &data[indices[j]]);
-            let moves = a.inverse_mass > 0.0 || b.inverse_mass > 0.0;
-            let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;
-            moves && groups && !bodies.joints.keeps_apart(indices[i], indices[j])
-        };
+        let indices = &self.indices;
+        let may_pair = |i: usize, j: usize| may_meet(bodies, indices[i], indices[j]);
         let found = self.broad.update(&self.bounds, &self.movable, &may_pair);
         self.pairs.clear();
         self.pairs.extend(found.iter().map(|&(i, j)| (indices[i as usize], indices[j as usize])));
@@ -114,6 +117,18 @@ impl<S: Geometry> Candidates<S> {
             }
         }
         own != reaches
+    }
+
+    /// Bodies that a body may meet as well once reaches are so much larger than those that the pairs were found for
+    /// \[m\].
+    pub fn newcomers(&self, bodies: &Bodies<S>, body: usize, more: impl Fn(usize) -> f64) -> Vec<usize> {
+        let Ok(own) = self.indices.binary_search(&body) else { return Vec::new() };
+        let grown = |k: usize| self.bounds[k].grown(more(self.indices[k]));
+        let mine = grown(own);
+        let is_known =
+            |j: usize| self.of_body(body).iter().any(|&p| [self.pairs[p].0, self.pairs[p].1].contains(&j));
+        let near = (0..self.bounds.len()).filter(|&k| k != own && mine.overlaps(&grown(k)));
+        near.map(|k| self.indices[k]).filter(|&j| may_meet(bodies, body, j) && !is_known(j)).collect()
     }
 
     /// Larger reaches for bodies that outgrew theirs by coming so far \[m\], and for those near them: what made one fast

@@ -1,11 +1,13 @@
 //! How a step ends: all islands are taken over and overlaps projected away; or, where events do not end, the rest of
-//! the step is taken at once for all that may meet. A body that has left its reach ends the attempt.
+//! the step is taken at once for all that may meet. A body that has left its reach ends the attempt where
+//! it may have met one that nobody looked at.
 
-use super::arrival::Way;
+use super::arrival::{Search, Way};
+use super::candidates::MARGIN;
 use super::contacts::Active;
 use super::flow::Stick;
 use super::tape::Gap;
-use super::timeline::{Island, Timeline, state};
+use super::timeline::{Island, OVER, Timeline, state};
 use super::together::{Halt, Together};
 use carom_geometry::Geometry;
 use carom_math::{Column, Pose, Rotation};
@@ -52,7 +54,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let mut at = self.gather(&all, moment);
         let start = at.bodies.motion.clone();
         at.fall_back(self.common.limits.dt - moment, &mut self.tools)?;
-        self.check_reach(&at)?;
+        self.hold_reach(&at)?;
         let dt = self.common.limits.dt;
         let number = self.islands.len();
         for (k, &i) in at.members.iter().enumerate() {
@@ -100,7 +102,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             if self.islands[k].is_some() {
                 let end = self.common.limits.dt;
                 let at = self.at_moment(k, end)?;
-                self.check_reach(&at)?;
+                self.check_reach(&at, end)?;
                 if let Some(tape) = &mut self.tools.tape {
                     tape.meet(end);
                 }
@@ -142,8 +144,29 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         }
     }
 
-    /// Refuses to go on when bodies have left their reaches.
-    pub fn check_reach(&self, at: &Together<S>) -> Result<(), Halt> {
+    /// Looks at bodies that have left their reaches: they get larger ones, unless these bring a body that they may have
+    /// met by this moment, or may yet meet. Then the step cannot go on.
+    pub fn check_reach(&mut self, at: &Together<S>, moment: f64) -> Result<(), Halt> {
+        let mut met = Vec::new();
+        for (i, way) in self.outgrown(at) {
+            self.reaches[i] = MARGIN * way;
+            let (reaches, first) = (&self.reaches, &self.common.reaches);
+            let newcomers = self.common.candidates.newcomers(self.bodies, i, |j| reaches[j] - first[j]);
+            if newcomers.into_iter().any(|j| self.may_meet(i, j, moment)) {
+                met.push((i, way));
+            }
+        }
+        if met.is_empty() { Ok(()) } else { Err(Halt::Outgrown(met)) }
+    }
+
+    /// Refuses to go on when bodies have left their reaches, where nothing but their reaches told what they may meet.
+    fn hold_reach(&self, at: &Together<S>) -> Result<(), Halt> {
+        let outgrown = self.outgrown(at);
+        if outgrown.is_empty() { Ok(()) } else { Err(Halt::Outgrown(outgrown)) }
+    }
+
+    /// Bodies that have left their reaches (by index in the world), and how far they came \[m\].
+    fn outgrown(&self, at: &Together<S>) -> Vec<(usize, f64)> {
         let (m, origin) = (&at.bodies.motion, &self.common.origin);
         let mut outgrown = Vec::new();
         for (k, &i) in at.members.iter().enumerate() {
@@ -156,10 +179,24 @@ impl<S: Geometry> Timeline<'_, '_, S> {
                 let turn = origin.rotation[i].inverse().then(&m.rotation[k]).vector().norm();
                 way += d.turning_arm * turn;
             }
-            if way > self.common.reaches[i] + self.common.limits.touching(d, d) {
+            if way > self.reaches[i] + self.common.limits.touching(d, d) {
                 outgrown.push((i, way));
             }
         }
-        if outgrown.is_empty() { Ok(()) } else { Err(Halt::Outgrown(outgrown)) }
+        outgrown
+    }
+
+    /// True for two bodies, no candidates, that have met by a moment or may meet after it: not where the step is over and
+    /// their ways, one flow from its start, kept them apart.
+    fn may_meet(&mut self, a: usize, b: usize, moment: f64) -> bool {
+        let dt = self.common.limits.dt;
+        let is_whole = |i: usize| self.ways[i].begin == 0.0 && self.ways[i].until >= dt * (1.0 - OVER);
+        if moment < dt || !is_whole(a) || !is_whole(b) {
+            return true;
+        }
+        let pair = (a.min(b), a.max(b));
+        let (bodies, ways, limits) = (&*self.bodies, self.ways.as_slice(), &self.common.limits);
+        let search = Search { pair, from: 0.0, until: dt, bodies, ways, limits, ignored: &[] };
+        self.tools.arrivals.first(&search).is_some()
     }
 }

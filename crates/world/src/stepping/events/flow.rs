@@ -8,6 +8,7 @@ use super::contacts::Active;
 use super::limits::Limits;
 use super::memory::Memory;
 use super::rounds::Rounds;
+use super::timeline::Island;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
 use crate::integrate::turn_freely;
@@ -50,19 +51,32 @@ impl<S: Geometry> Together<'_, S> {
         self.end_rounds(rounds).map(|_| ())
     }
 
+    /// Moves the set as the flow of a larger one, without joints, has moved it: by the same impulses at the same places,
+    /// booked for these bodies; gives back its contacts.
+    pub fn repeat(&mut self, time: f64, whole: &Island<S>) -> Active<S> {
+        let active = whole.active.of(&whole.members, &self.members);
+        let mut rounds = self.begin_rounds(time, active, whole.stick);
+        self.take_over(&mut rounds, &whole.members, &whole.last);
+        self.close_rounds(rounds)
+    }
+
     /// Brings the set to the flow's end, books and remembers it; gives back its contacts.
-    pub fn end_rounds(&mut self, rounds: Rounds<S>) -> Result<Active<S>, Halt> {
-        let memory = self.recall(&rounds);
-        let Rounds { time, active, start, approaches, before, after, touches, .. } = rounds;
-        let Rounds { mut last, held, jointed, mut clusters, .. } = rounds;
-        if let Some(report) = clusters.report(touches.len()) {
+    pub fn end_rounds(&mut self, mut rounds: Rounds<S>) -> Result<Active<S>, Halt> {
+        if let Some(report) = rounds.clusters.report(rounds.touches.len()) {
             let worst = report.worst.map(|(a, b)| (self.members[a], self.members[b]));
             self.keep(0, SolveReport { worst, ..report }, "contact")?;
         }
-        if jointed {
-            self.check_held(&held, self.joint_names)?;
-            self.keep_joints(&last.problem, &last.impulses);
+        if rounds.jointed {
+            self.check_held(&rounds.held, self.joint_names)?;
+            self.keep_joints(&rounds.last.problem, &rounds.last.impulses);
         }
+        Ok(self.close_rounds(rounds))
+    }
+
+    /// The same once all is looked at that may end the step.
+    fn close_rounds(&mut self, rounds: Rounds<S>) -> Active<S> {
+        let memory = self.recall(&rounds);
+        let Rounds { time, active, start, approaches, before, after, touches, mut last, .. } = rounds;
         last.touches = touches;
         self.book(&last.problem, &last.impulses, &before, &after, time);
         self.finish(&start.position, &before, &after, time);
@@ -75,7 +89,7 @@ impl<S: Geometry> Together<'_, S> {
             }
         }
         self.remember(last, &new, memory);
-        Ok(active)
+        active
     }
 
     /// Free rotation of all bodies; what it does to the energy is the integrator's line.

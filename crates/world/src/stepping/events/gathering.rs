@@ -95,7 +95,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             bodies: own,
             pairs,
             wrenches: members.iter().map(|&i| common.wrenches[i]).collect(),
-            reaches: members.iter().map(|&i| common.reaches[i]).collect(),
+            reaches: members.iter().map(|&i| self.reaches[i]).collect(),
             members,
             limits: &common.limits,
             time: common.time,
@@ -169,7 +169,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             };
             self.tell_flow(k, &at, moment);
             self.keep(&at);
-            self.check_reach(&at)?;
+            self.check_reach(&at, moment)?;
             let island = self.islands[k].take().expect("an island in use");
             let stopped = usize::from(island.stopping && moment >= island.until);
             self.events.slip_stops += stopped;

@@ -39,6 +39,14 @@ impl Memory {
         self.stuck.extend(others.stuck);
         self.turned.extend(others.turned);
     }
+    /// Velocity of a contact that turning has left \[m/s\].
+    fn turned(&self, id: u64) -> f64 {
+        self.turned.binary_search_by_key(&id, |t| t.0).map_or(0.0, |k| self.turned[k].1)
+    }
+    /// Slip of a contact that is none \[m/s\]: noise, or what a flow leaves in which it stuck.
+    pub fn no_slip(&self, id: u64) -> f64 {
+        if self.stuck.binary_search(&id).is_ok() { NO_SLIP + self.turned(id) } else { NO_SLIP }
+    }
     /// Puts the lists in order.
     pub fn sort(&mut self) {
         for names in [&mut self.pressed, &mut self.stuck] {
@@ -62,14 +70,7 @@ impl<S: Geometry> Together<'_, S> {
 
     /// Velocity of a contact that turning has left \[m/s\]: it asks for no stop.
     pub fn turned(&self, id: u64) -> f64 {
-        let turned = &self.known().turned;
-        turned.binary_search_by_key(&id, |t| t.0).map_or(0.0, |k| turned[k].1)
-    }
-
-    /// Slip of a contact that is none \[m/s\]: noise, or what a flow leaves in which it stuck.
-    pub fn no_slip(&self, id: u64) -> f64 {
-        let stuck = self.known().stuck.binary_search(&id).is_ok();
-        if stuck { NO_SLIP + self.turned(id) } else { NO_SLIP }
+        self.known().turned(id)
     }
 
     /// What a flow tells of its contacts, but for those that pressed; bodies are at its middle.

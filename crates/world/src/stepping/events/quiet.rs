@@ -1,11 +1,11 @@
 //! How a step begins. Sets of bodies that touch and are struck at once get flows of their own; all others share one
 //! flow, island beside island in one problem, for as long as nothing happens to them. Where something does, the shared
-//! flow is broken up, and each island is laid out alone from the same moment.
+//! flow is broken up, and each island has the same flow for itself.
 
 use super::contacts::Active;
 use super::flow::Stick;
 use super::tape::Gap;
-use super::timeline::{Course, Timeline, longest_flow, split};
+use super::timeline::{Course, Island, Timeline, longest_flow, split};
 use super::together::{Halt, Together};
 use crate::joint::mover;
 use crate::narrow_phase::Touch;
@@ -158,10 +158,42 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         let island = self.islands[k].take().expect("an island in use");
         let movers: Vec<usize> =
             island.members.iter().copied().filter(|&i| self.bodies.is_dynamic(i)).collect();
-        let mut at = self.gather(&movers, island.begin);
-        at.memory.clone_from(&island.before);
-        self.lay_out_each(&at, &island.active, island.begin, island.events, island.stops)?;
+        let at = self.gather(&movers, island.begin);
+        if island.stick == Stick::Mean && !island.complete {
+            self.part(&at, &island);
+        } else {
+            let mut at = at;
+            at.memory.clone_from(&island.before);
+            self.lay_out_each(&at, &island.active, island.begin, island.events, island.stops)?;
+        }
         self.foresee_all(&movers, island.begin, None);
         Ok(())
+    }
+
+    /// Gives each island that shares a flow the same flow for itself: nothing in it depends on the others, so nothing is
+    /// solved anew.
+    fn part(&mut self, at: &Together<'a, S>, whole: &Island<S>) {
+        for movers in &split(at, &whole.active) {
+            let world: Vec<usize> = movers.iter().map(|&k| at.members[k]).collect();
+            let mut part = self.gather(&world, whole.begin);
+            part.memory.clone_from(&whole.before);
+            part.worst[0] = whole.worst.as_ref().and_then(|report| report.of_bodies(&part.members));
+            let start = part.save();
+            let time = whole.until - whole.begin;
+            let active = part.repeat(time, whole);
+            let course = Course {
+                begin: whole.begin,
+                time,
+                until: whole.until,
+                stick: whole.stick,
+                before: whole.before.clone(),
+                events: whole.events,
+                stops: whole.stops,
+                stopping: false,
+                islands: 1,
+                complete: false,
+            };
+            self.enter(part, start, active, course);
+        }
     }
 }

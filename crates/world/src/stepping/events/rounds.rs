@@ -12,7 +12,7 @@ use crate::bodies::Motion;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
 use carom_math::Column;
-use carom_solver::{Contact, Impulse, Twist};
+use carom_solver::{Contact, ContactProblem, Impulse, Twist};
 
 /// Most rounds between places and velocities of balls: where they squeeze past each other, each leaves half the error of
 /// the one before, or more.
@@ -140,6 +140,32 @@ impl<S: Geometry> Together<'_, S> {
             j.b.inspect(|&b| after[b] = before[b]);
         }
         after
+    }
+
+    /// Takes places, problem and impulses from what a larger set, given by its members, solved last; bodies are at the
+    /// flow's middle then.
+    pub fn take_over(&mut self, rounds: &mut Rounds<S>, members: &[usize], whole: &LastFlow<S>) {
+        let Rounds { last, touches, .. } = rounds;
+        touches.clear();
+        last.impulses.contacts.clear();
+        self.begin_problem(&mut last.problem, rounds.stick, &rounds.before, &rounds.free);
+        let mut resistances = whole.problem.resistances.iter().zip(&whole.impulses.moments).peekable();
+        let slot = |i: usize| self.members.binary_search(&members[i]).ok();
+        for (k, (c, t)) in whole.problem.contacts.iter().zip(&whole.touches).enumerate() {
+            let moment = resistances.next_if(|(r, _)| r.contact == k).map(|(_, moment)| *moment);
+            let (Some(a), Some(b)) = (slot(c.a), slot(c.b)) else { continue };
+            touches.push(Touch { a, b, ..*t });
+            last.problem.contacts.push(Contact { a, b, ..*c });
+            last.impulses.contacts.push(whole.impulses.contacts[k]);
+            if let Some(moment) = moment {
+                crate::assembly::resist(&mut last.problem, t);
+                last.impulses.moments.push(moment);
+            }
+        }
+        rounds.first = false;
+        rounds.after.clone_from(&rounds.free);
+        last.problem.apply(&last.impulses, &mut rounds.after);
+        self.bring_to_middle(rounds);
     }
 
     /// Takes rounds until places and velocities agree, or there were enough.
@@ -323,19 +349,30 @@ impl<S: Geometry> Together<'_, S> {
         ((old.normal - new.normal).norm() / SAME_NORMAL).max(arms)
     }
 
+    /// Empties a problem and fills in the velocities that it has without impulses.
+    fn begin_problem(
+        &self,
+        problem: &mut ContactProblem<S>,
+        stick: Stick,
+        before: &[Twist<S>],
+        free: &[Twist<S>],
+    ) {
+        crate::assembly::begin(problem, &self.bodies, self.settings.friction_law);
+        problem.velocities.clear();
+        problem.velocities.extend_from_slice(free);
+        if stick == Stick::Mean {
+            for (v, b) in problem.velocities.iter_mut().zip(before) {
+                v.add_scaled(b, 1.0);
+            }
+        }
+    }
+
     /// Writes the problem anew where clusters are not settled.
     fn assemble(&self, rounds: &mut Rounds<S>) {
         let Rounds { last, touches, targets, before, free, clusters, stick, .. } = rounds;
         let problem = &mut last.problem;
         let settled = std::mem::take(&mut problem.contacts);
-        crate::assembly::begin(problem, &self.bodies, self.settings.friction_law);
-        problem.velocities.clear();
-        problem.velocities.extend_from_slice(free);
-        if *stick == Stick::Mean {
-            for (v, b) in problem.velocities.iter_mut().zip(&*before) {
-                v.add_scaled(b, 1.0);
-            }
-        }
+        self.begin_problem(problem, *stick, before, free);
         for (k, (t, target)) in touches.iter().zip(&*targets).enumerate() {
             let contact = if clusters.of_contact(k).settled {
                 settled[k]

@@ -50,7 +50,7 @@ impl<S: Geometry> Together<'_, S> {
         }
         let (end, last) = (self.save(), self.last.clone());
         self.restore(start);
-        let slips = self.slips(active);
+        let slips = self.slips(start, active);
         let found = self.seek(start, active, &slips, time, tools)?;
         self.restore(&end);
         self.last = last;
@@ -58,23 +58,18 @@ impl<S: Geometry> Together<'_, S> {
     }
 
     /// True when a slip comes to its stop, or turns, within a flow that has just been taken from `start`.
-    pub fn turns_slips(&mut self, start: &Saved<S>, active: &Active<S>) -> bool {
-        if active.touches.iter().all(|t| t.friction == 0.0) {
-            return false;
-        }
-        let end = self.save();
-        self.restore(start);
-        let slips = self.slips(active);
-        self.restore(&end);
-        slips.iter().any(|s| self.along(s) <= STOPPED * s.speed)
+    pub fn turns_slips(&self, start: &Saved<S>, active: &Active<S>) -> bool {
+        self.slips(start, active).iter().any(|s| self.along(s) <= STOPPED * s.speed)
     }
 
-    fn slips(&self, active: &Active<S>) -> Vec<Slip<S>> {
+    /// The contacts that slip where a flow begins.
+    fn slips(&self, start: &Saved<S>, active: &Active<S>) -> Vec<Slip<S>> {
+        let memory = start.memory().unwrap_or(&self.warm.contacts);
         let all = active.touches.iter().enumerate().filter(|(_, t)| t.friction > 0.0);
         all.filter_map(|(contact, t)| {
-            let slip = slip_of(&self.bodies.motion, t);
+            let slip = slip_of(start.motion(), t);
             let speed = slip.norm();
-            (speed > self.no_slip(t.id)).then(|| Slip { contact, speed, direction: slip * (1.0 / speed) })
+            (speed > memory.no_slip(t.id)).then(|| Slip { contact, speed, direction: slip * (1.0 / speed) })
         })
         .collect()
     }

@@ -45,7 +45,7 @@ pub struct Common<'a, S: Geometry> {
     pub wrenches: Vec<Wrench<S>>,
     /// Motion at the step's start.
     pub origin: Motion<S>,
-    /// How far surfaces may come \[m\].
+    /// How far surfaces may come \[m\], as the candidates were found for.
     pub reaches: Vec<f64>,
     /// Forces of the step before, and what it tells of its contacts.
     pub warm: &'a WarmStart<S>,
@@ -137,6 +137,8 @@ pub struct Timeline<'a, 'w, S: Geometry> {
     pub(super) island_of: Vec<usize>,
     queue: BinaryHeap<Reverse<Entry>>,
     pub(super) versions: Vec<u64>,
+    /// How far surfaces may come \[m\], by what has been seen of the step so far.
+    pub(super) reaches: Vec<f64>,
     pub(super) slots: Vec<usize>,
     /// Lines of all flows and impacts.
     pub ledger: Ledger,
@@ -173,6 +175,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             island_of: vec![NONE; bodies.len()],
             queue: BinaryHeap::new(),
             versions: vec![0; common.candidates.pairs.len()],
+            reaches: common.reaches.clone(),
             slots: vec![NONE; bodies.len()],
             ledger: Ledger::default(),
             accounts: Accounts::new(bodies.len(), common.keeps_accounts),

@@ -133,7 +133,11 @@ impl<S: Geometry> Saved<S> {
     pub fn motion(&self) -> &Motion<S> {
         &self.motion
     }
-    /// The same, to be kept.
+    /// What the flow before it told of its contacts, if there was one in the step.
+    pub fn memory(&self) -> Option<&Memory> {
+        self.memory.as_ref()
+    }
+    /// The motion, to be kept.
     pub fn into_motion(self) -> Motion<S> {
         self.motion
     }
