@@ -19,6 +19,7 @@ from carom import planar, spatial
 from carom.cli import main
 from carom.errors import CaromError
 from carom.player import encode, film, page, steps
+from carom.player.chromium import find_chromium
 from carom.player.drawing import draw_planar
 from carom.player.quantise import (
     decode_rotation,
@@ -210,7 +211,7 @@ def test_films_refuse_what_they_cannot_be(tmp_path: Path, field: str, given: dic
     assert caught.value.field == field
 
 
-@pytest.mark.skipif(film.find_chromium() is None, reason="there is no Chromium here")
+@pytest.mark.skipif(find_chromium() is None, reason="there is no Chromium here")
 def test_pictures_and_films_of_space_come_from_a_browser(tmp_path: Path) -> None:
     world = spatial.World()
     world.add_static("floor", spatial.HalfSpace())
