@@ -91,7 +91,7 @@ export class App {
       `${replay.bodies.toLocaleString("en")} bodies`,
       `${table.kept.steps.toLocaleString("en")} steps of ${quantity(table.dt, "s")}`,
       [table.settings.scheme, table.settings.solver].filter(Boolean).join(", "),
-      `worst residual ${quantity(table.worst.value ?? 0, "m/s", 2)}`,
+      `worst residual ${table.worst.value === null ? "not finite" : quantity(table.worst.value, "m/s", 2)}`,
       `books close to ${quantity(table.energy_closure, "J", 2)}`,
     ].filter(Boolean);
     const parts: HTMLElement[] = [element("h1", { title: table.title }, baseName(table.title))];

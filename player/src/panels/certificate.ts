@@ -78,12 +78,12 @@ export class CertificatePanel {
   private worst(replay: Replay, canJump: boolean): HTMLElement {
     const { worst, words } = replay.table;
     const root = element("div");
-    if (worst.step < 0 || worst.value === null) {
+    if (worst.step < 0) {
       root.append(element("p", {}, "No step has a residual."));
       return root;
     }
     const between = worst.between ? ` between ${worst.between[0]} and ${worst.between[1]}` : "";
-    const text = `Step ${worst.step + 1}, t = ${figure(worst.time ?? 0, 5)} s: residual ${quantity(worst.value, "m/s", 3)}${between}.`;
+    const text = `Step ${worst.step + 1}, t = ${figure(worst.time ?? 0, 5)} s: residual ${worst.value === null ? "not finite" : quantity(worst.value, "m/s", 3)}${between}.`;
     root.append(element("p", {}, text));
     if (canJump) root.append(button("show it", "show the worst step", () => this.jump(replay)));
     for (const [, finding, remedy] of words.findings) {
@@ -125,7 +125,7 @@ function runFacts(replay: Replay): HTMLElement {
       Number(table.settings.tolerance) > 0 ? quantity(Number(table.settings.tolerance), "m/s") : "–",
     ],
     ["status", table.status],
-    ["worst residual", quantity(table.worst.value ?? 0, "m/s", 3)],
+    ["worst residual", table.worst.value === null ? "not finite" : quantity(table.worst.value, "m/s", 3)],
     ["energy closure", quantity(table.energy_closure, "J", 3)],
     ["deepest overlap", quantity(deepest, "m", 3)],
     ["time per step", table.ms_per_step === null ? "–" : quantity(table.ms_per_step, "ms", 3)],

@@ -131,17 +131,18 @@ function works(replay: Replay): Line[] {
 
 function highest(values: ArrayLike<number | null>): number {
   let found = 0;
-  for (let i = 0; i < values.length; i++) found = Math.max(found, Math.abs(values[i] ?? 0));
+  for (let i = 0; i < values.length; i++) {
+    const size = Math.abs(values[i] ?? 0);
+    if (size > found && Number.isFinite(size)) found = size;
+  }
   return found;
 }
 
-/** Residuals above zero, which a logarithmic axis can show, and the tolerance. */
+/** Residuals and the tolerance. */
 function residuals(replay: Replay): Line[] {
   const values = replay.steps.column("residual");
   if (!values || !highest(values)) return [];
-  const lines: Line[] = [
-    { name: "residual", unit: "m/s", values: Array.from(values, (value) => (value > 0 ? value : null)) },
-  ];
+  const lines: Line[] = [{ name: "residual", unit: "m/s", values: Array.from(values, shown) }];
   const tolerance = Number(replay.table.settings.tolerance);
   if (tolerance > 0) {
     lines.push({
@@ -152,6 +153,11 @@ function residuals(replay: Replay): Line[] {
     });
   }
   return lines;
+}
+
+/** A value that a logarithmic axis can show. */
+function shown(value: number): number | null {
+  return value > 0 && Number.isFinite(value) ? value : null;
 }
 
 function components(replay: Replay, column: string, symbol: string, unit: string): Line[] {

@@ -40,7 +40,7 @@ export interface ArrowSettings {
 
 /** Arrows are at most this many times as long as the usual impulse's [1]. */
 const LONGEST = 3;
-/** Of more contacts than this points and normals are drawn on demand, and those that do nothing are not. */
+/** Of more contacts than this points and normals are drawn on demand, impulses as needles, and those that do nothing not at all. */
 const MANY = 300;
 const UP = new Vector3(0, 1, 0);
 
@@ -54,6 +54,8 @@ export class Arrows {
   private heads: InstancedMesh;
   private readonly ticks: LineSegments<BufferGeometry, LineBasicMaterial>;
   private room = 256;
+  /** Whether impulses are needles, which cost a tenth of arrows. */
+  private readonly needles: boolean;
   /** Contacts that are drawn, in order. */
   private readonly drawn: number[] = [];
 
@@ -66,13 +68,14 @@ export class Arrows {
       ...[0, replay.frames >> 1, replay.frames - 1].map((at) => replay.contacts(at).count),
     );
     const many = most > MANY;
+    this.needles = many;
     this.settings.normals = this.settings.points = !many;
     this.points = instances(new IcosahedronGeometry(1, many ? 0 : 2), this.room);
     this.shafts = instances(
-      new CylinderGeometry(1, 1, 1, many ? 3 : 8, 1, true).translate(0, 0.5, 0),
+      new CylinderGeometry(many ? 0 : 1, 1, 1, many ? 3 : 8, 1, true).translate(0, 0.5, 0),
       this.room,
     );
-    this.heads = instances(new ConeGeometry(1, 1, many ? 4 : 12, 1, many).translate(0, 0.5, 0), this.room);
+    this.heads = instances(new ConeGeometry(1, 1, 12).translate(0, 0.5, 0), this.room);
     const over = { depthTest: false, depthWrite: false, transparent: true };
     this.ticks = new LineSegments(new BufferGeometry(), new LineBasicMaterial(over));
     this.ticks.frustumCulled = false;
@@ -104,7 +107,8 @@ export class Arrows {
     }
     this.points.boundingSphere = null;
     this.points.visible = this.settings.points;
-    this.shafts.visible = this.heads.visible = this.settings.impulses;
+    this.shafts.visible = this.settings.impulses;
+    this.heads.visible = this.settings.impulses && !this.needles;
     this.ticks.visible = this.settings.normals && ticks.length > 0;
     this.ticks.geometry.setAttribute("position", new Float32BufferAttribute(ticks, 3));
     this.ticks.material.color.set(theme().edge);
@@ -157,10 +161,10 @@ export class Arrows {
     this.points.setMatrixAt(slot, MATRIX.compose(at, STILL, SIZE.setScalar(size)));
     const share = impulse.length() / this.replay.usualImpulse;
     const length = Math.min(share, LONGEST) * this.unit * this.settings.length;
-    const head = Math.min(0.35 * length, 0.22 * this.unit);
+    const head = this.needles ? 0 : Math.min(0.35 * length, 0.22 * this.unit);
     if (length > 1e-4 * this.unit) TURN.setFromUnitVectors(UP, impulse.normalize());
     else TURN.identity();
-    const radius = Math.min(0.018 * this.unit, 0.1 * length);
+    const radius = Math.min((this.needles ? 0.05 : 0.018) * this.unit, 0.1 * length);
     this.shafts.setMatrixAt(slot, MATRIX.compose(at, TURN, SIZE.set(radius, length - head, radius)));
     TIP.copy(at).addScaledVector(impulse, length - head);
     this.heads.setMatrixAt(slot, MATRIX.compose(TIP, TURN, SIZE.set(0.3 * head, head, 0.3 * head)));
