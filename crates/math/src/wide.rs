@@ -266,7 +266,9 @@ impl Wide for Spatial {
     fn stiffest_slip<L: Lanes>(block: &[[Real<L>; 3]; 3]) -> Real<L> {
         let half = block[0][0].like(0.5);
         let (mean, apart) = (half * (block[0][0] + block[1][1]), half * (block[0][0] - block[1][1]));
-        mean + (apart * apart + block[0][1] * block[1][0]).sqrt()
+        // the two are equal but for rounding, and where the block is round nothing but their rounding is there
+        let across = half * (block[0][1] + block[1][0]);
+        mean + (apart * apart + across * across).sqrt()
     }
     fn no_turn() -> [f32; 4] {
         [1.0, 0.0, 0.0, 0.0]
@@ -303,6 +305,18 @@ mod tests {
         }
         let planar = (0..n).fold([1.0, 0.0], |q, _| Planar::turned_by(&q, &[0.01]));
         assert!((planar[0] - 2.0_f32.cos()).abs() < 2e-6 && (planar[1] - 2.0_f32.sin()).abs() < 2e-6);
+    }
+
+    #[test]
+    fn a_round_inverse_mass_is_stiff_whatever_its_rounding() {
+        use crate::lanes::Portable;
+        let number = |x: f32| Real::all(Portable, x);
+        for (one, other) in [(3e-9, -2e-9), (-4e-9, 1e-9), (2e-9, 2e-9)] {
+            let row = |x, y| [number(x), number(y), number(0.0)];
+            let block = [row(0.7, one), row(other, 0.7), [number(0.0); 3]];
+            let stiffest = Spatial::stiffest_slip(&block).store().0[0];
+            assert!((stiffest - 0.7).abs() < 1e-6, "{stiffest}");
+        }
     }
 
     #[test]

@@ -49,6 +49,15 @@ impl<S: Space> Clone for WarmStart<S> {
 }
 
 impl<S: Space> WarmStart<S> {
+    /// Keeps another as it is before a step, whose patches are taken and not copied: a step reads the old ones here and
+    /// leaves its own there.
+    pub(crate) fn keep(&mut self, other: &mut Self) {
+        let old = std::mem::take(&mut other.patches);
+        let mut spare = std::mem::take(&mut self.patches);
+        self.clone_from(other);
+        spare.clear();
+        (self.patches, other.patches) = (old, spare);
+    }
     /// Remembers the impulses of a step of length `dt`.
     pub fn store(&mut self, problem: &ContactProblem<S>, impulses: &Impulses<S>, dt: f64) {
         self.forces.clear();

@@ -316,7 +316,7 @@ impl<S: Geometry> World<S> {
     pub fn step_watched(&mut self, dt: f64, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
         self.check_before(dt)?;
         self.checkpoint.0.copy_from(&self.bodies.motion);
-        self.checkpoint.1.clone_from(&self.warm);
+        self.checkpoint.1.keep(&mut self.warm);
         self.swap_scheme();
         let mut taken = self.advance(dt, watch);
         self.failure = None;
@@ -447,10 +447,11 @@ impl<S: Geometry> World<S> {
             }
             Scheme::SoftStep => {
                 let scheme = &mut self.schemes.soft_step;
-                let mut again = scheme.again(bodies, settings, warm);
+                let before = &self.checkpoint.1.patches;
+                let mut again = scheme.again(bodies, settings, before);
                 let mut known = |a: usize, b: usize, out: &mut Vec<Touch<S>>| again.append(a, b, out);
                 self.narrow_phase.update_but(bodies, settings, dt, &mut known, &mut self.touches);
-                scheme.advance(bodies, &self.touches, settings, &step, outside, warm)
+                scheme.advance(bodies, (&self.touches, before), settings, &step, outside, warm)
             }
         };
         let mut report = report?;

@@ -9,7 +9,6 @@ use super::memory::{PatchForce, Walk};
 use crate::bodies::Bodies;
 use crate::narrow_phase::{Touch, touches_of};
 use crate::settings::Settings;
-use crate::warm_start::WarmStart;
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::{Column, Rotation};
 
@@ -27,15 +26,15 @@ pub struct Again<'a, S: Geometry> {
 }
 
 impl<S: Geometry> SoftStep<S> {
-    /// Begins a step's search.
+    /// Begins a step's search, with the patches of the step before.
     pub(crate) fn again<'a>(
         &'a mut self,
         bodies: &'a Bodies<S>,
         settings: &'a Settings<S>,
-        warm: &'a WarmStart<S>,
+        before: &'a [PatchForce],
     ) -> Again<'a, S> {
         self.again.clear();
-        Again { bodies, settings, walk: Walk::new(&warm.patches), found: &mut self.again, points: Vec::new() }
+        Again { bodies, settings, walk: Walk::new(before), found: &mut self.again, points: Vec::new() }
     }
 }
 

@@ -29,7 +29,7 @@ use crate::stepping::{Outside, SchemeReport, damp};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
-use carom_solver::soft::{Patch, SoftChoice, SoftSolver};
+use carom_solver::soft::{Patch, SoftChoice, SoftSolver, Told};
 use carom_solver::{Stop, Twist};
 use problem::Rigid;
 
@@ -47,8 +47,6 @@ pub struct SoftStep<S: Geometry> {
     fixed: Vec<bool>,
     /// Pairs whose contacts of an earlier step are used again, ascending by their bodies' serials.
     again: Vec<(u64, u64)>,
-    /// The patches remembered before the last step: memory to be used again.
-    before: Vec<PatchForce>,
     /// Velocities at the step's start, turning as free motion does in the mean.
     start: Vec<Twist<S>>,
     /// What free rotation adds to the spin at the step's end.
@@ -77,7 +75,6 @@ impl<S: Geometry> Default for SoftStep<S> {
             body_of: Vec::new(),
             fixed: Vec::new(),
             again: Vec::new(),
-            before: Vec::new(),
             start: Vec::new(),
             after: Vec::new(),
             loads: Vec::new(),
@@ -91,7 +88,7 @@ impl<S: Geometry> Default for SoftStep<S> {
 }
 
 impl<S: Geometry> SoftStep<S> {
-    /// Advances all bodies by one step.
+    /// Advances all bodies by one step, with the touches found and the patches of the step before.
     ///
     /// # Errors
     /// [`StepError`] for what the scheme has no law for, for loads that fail, and for a step that is less accurate than
@@ -99,7 +96,7 @@ impl<S: Geometry> SoftStep<S> {
     pub fn advance(
         &mut self,
         bodies: &mut Bodies<S>,
-        touches: &[Touch<S>],
+        (touches, before): (&[Touch<S>], &[PatchForce]),
         settings: &Settings<S>,
         step: &Step<S>,
         outside: Outside<S>,
@@ -113,24 +110,26 @@ impl<S: Geometry> SoftStep<S> {
         let choice = choice(settings, step);
         self.rigid.begin(bodies, &self.loads, step);
         self.gather(bodies, touches, step, &choice);
-        self.patch(bodies, touches, warm, &choice);
+        self.patch(bodies, touches, before, &choice);
         let fixed = &self.fixed;
         self.solver.advance(&self.patches, |record| fixed[record as usize], &choice);
-        report.contact_solve = self.solved(step);
+        let told = self.solver.told();
+        report.contact_solve = self.solved(step, &told);
         self.judge(&report.contact_solve, settings, step.time)?;
+        report.ledger.contact_normal += told.pressing_work;
+        report.ledger.friction += told.rubbing_work;
         self.kick(bodies, touches, step, &mut report.ledger);
         self.move_on(bodies, step, &mut report.ledger);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
-        self.remember(bodies, touches, warm, &choice);
+        self.remember(bodies, (touches, before), warm, &choice);
         Ok(report)
     }
 
     /// How far from done the last sweep was.
-    fn solved(&self, step: &Step<S>) -> Option<SolveReport> {
+    fn solved(&self, step: &Step<S>, told: &Told) -> Option<SolveReport> {
         if self.patches.is_empty() {
             return None;
         }
-        let told = self.solver.told();
         let body = |record: u32| self.body_of[record as usize] as usize;
         let contacts = self.members.iter().map(patches::count::<S>).sum();
         // of no impulses at all: what gravity gives in a step
@@ -168,11 +167,9 @@ impl<S: Geometry> SoftStep<S> {
         })
     }
 
-    /// Velocities after all impulses of the step, at the places where it began; every joule booked by the kick identity.
+    /// Velocities after all impulses of the step, at the places where it began; every joule booked by the kick identity,
+    /// the contacts' own by the solver.
     fn kick(&mut self, bodies: &mut Bodies<S>, touches: &[Touch<S>], step: &Step<S>, ledger: &mut Ledger) {
-        let told = self.solver.told();
-        ledger.contact_normal += told.pressing_work;
-        ledger.friction += told.rubbing_work;
         for i in 0..bodies.len() {
             if !bodies.is_dynamic(i) {
                 continue;

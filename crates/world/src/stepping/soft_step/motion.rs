@@ -148,8 +148,10 @@ impl<S: Geometry> SoftStep<S> {
                 let (by, turn) = self.solver.moved(record);
                 let rest = S::Vector::from_fn(|k| start.linear[k] - f64::from(start.linear[k] as f32));
                 bodies.motion.position[i] += widen::<S::Vector, _>(&by) + rest * step.dt;
-                let numbers: Vec4 =
-                    std::array::from_fn(|k| turn.slice().get(k).map_or(0.0, |x| f64::from(*x)));
+                let mut numbers = [0.0; 4];
+                for (to, x) in numbers.iter_mut().zip(turn.slice()) {
+                    *to = f64::from(*x);
+                }
                 let turn = S::Rotation::from_slice(&numbers[..S::Rotation::LEN]);
                 let rotation = bodies.motion.rotation[i];
                 bodies.motion.rotation[i] = turn.map_or(rotation, |turn| rotation.then(&turn));
@@ -158,8 +160,6 @@ impl<S: Geometry> SoftStep<S> {
         }
     }
 }
-
-type Vec4 = [f64; 4];
 
 /// Sets a body's spin to the mean of its free motion over a step and returns what the free motion adds at the end.
 fn mean_spin<S: Geometry>(bodies: &mut Bodies<S>, settings: &Settings<S>, i: usize, dt: f64) -> S::Spin {

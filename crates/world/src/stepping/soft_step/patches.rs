@@ -25,12 +25,12 @@ impl<S: Geometry> SoftStep<S> {
         &mut self,
         bodies: &Bodies<S>,
         touches: &[Touch<S>],
-        warm: &WarmStart<S>,
+        before: &[PatchForce],
         choice: &SoftChoice,
     ) {
         self.patches.clear();
         self.members.clear();
-        let mut walk = Walk::new(&warm.patches);
+        let mut walk = Walk::new(before);
         let mut first = 0;
         while first < touches.len() {
             let pair = (touches[first].a, touches[first].b);
@@ -143,13 +143,12 @@ impl<S: Geometry> SoftStep<S> {
     pub(super) fn remember(
         &mut self,
         bodies: &Bodies<S>,
-        touches: &[Touch<S>],
+        (touches, before): (&[Touch<S>], &[PatchForce]),
         warm: &mut WarmStart<S>,
         choice: &SoftChoice,
     ) {
-        std::mem::swap(&mut self.before, &mut warm.patches);
         warm.clear();
-        let (mut walk, mut again) = (Walk::new(&self.before), self.again.iter().peekable());
+        let (mut walk, mut again) = (Walk::new(before), self.again.iter().peekable());
         let rate = 1.0 / f64::from(choice.h);
         for (k, members) in self.members.iter().enumerate() {
             let told = self.solver.result(k);
