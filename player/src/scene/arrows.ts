@@ -22,7 +22,8 @@ import {
   Vector3,
 } from "three";
 import { islandsOf } from "../coupling";
-import type { Contacts, Replay } from "../data/replay";
+import type { Contacts } from "../data/contacts";
+import type { Replay } from "../data/replay";
 import { theme } from "../theme";
 
 /** What the colour of a contact tells. */
