@@ -16,7 +16,7 @@ const GLASS = 0.3;
 /** Of more bodies than this each is drawn with fewer corners. */
 export const MANY = 300;
 /** Forms of space that fewer pieces share than this are drawn together. */
-const FEW = 5;
+const FEW = 1000;
 /** Size of a body without a shape, as a share of the scene's [1]. */
 const PARTICLE = 0.006;
 

@@ -1,6 +1,7 @@
 /**
  * Pieces with geometries of their own in one drawing: all corners stand in one list, each with the number of its
- * piece, and the pieces' poses and colours in two textures. Hundreds of hulls cost one call instead of hundreds.
+ * piece, and the pieces' poses and colours in two textures. Hundreds of hulls cost one call instead of hundreds;
+ * and drawing in software takes each instance of a geometry for a call too.
  */
 
 import {
@@ -124,15 +125,14 @@ const TINTED: readonly (readonly [part: string, text: string])[] = [
 
 /** Geometries one after another, each corner with the number of its geometry. */
 function joined(geometries: BufferGeometry[]): BufferGeometry {
-  const plain = geometries.map((geometry) => (geometry.index ? geometry.toNonIndexed() : geometry));
-  const counts = plain.map((geometry) => geometry.getAttribute("position").count);
-  const total = counts.reduce((sum, count) => sum + count, 0);
   const made = new BufferGeometry();
+  const counts = geometries.map((geometry) => geometry.getAttribute("position").count);
+  const total = counts.reduce((sum, count) => sum + count, 0);
   for (const name of ["position", "normal"]) {
-    if (!plain.every((geometry) => geometry.hasAttribute(name))) continue;
+    if (!geometries.every((geometry) => geometry.hasAttribute(name))) continue;
     const values = new Float32Array(3 * total);
     let at = 0;
-    for (const geometry of plain) {
+    for (const geometry of geometries) {
       const { array } = geometry.getAttribute(name);
       values.set(array, at);
       at += array.length;
@@ -140,10 +140,14 @@ function joined(geometries: BufferGeometry[]): BufferGeometry {
     made.setAttribute(name, new Float32BufferAttribute(values, 3));
   }
   const pieces = new Float32Array(total);
-  let at = 0;
-  counts.forEach((count, i) => {
-    pieces.fill(i, at, at + count);
-    at += count;
+  const corners: number[] = [];
+  let first = 0;
+  geometries.forEach((geometry, i) => {
+    pieces.fill(i, first, first + counts[i]);
+    const length = geometry.index?.count ?? counts[i];
+    for (let k = 0; k < length; k++) corners.push(first + (geometry.index?.getX(k) ?? k));
+    first += counts[i];
   });
+  made.setIndex(corners);
   return made.setAttribute("piece", new Float32BufferAttribute(pieces, 1));
 }
