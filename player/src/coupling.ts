@@ -3,7 +3,8 @@
  * (theory chapter 3; row i of J is [n, r_a × n, −n, −(r_b × n)]). Knows no drawing.
  */
 
-import type { Contacts, Replay } from "./data/replay";
+import type { Contacts } from "./data/contacts";
+import type { Replay } from "./data/replay";
 
 /** An entry of A: contacts i ≤ j that share a body forces move [1/kg]. */
 export interface Entry {

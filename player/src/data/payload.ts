@@ -142,6 +142,8 @@ async function gunzip(packed: Uint8Array<ArrayBuffer>): Promise<ArrayBuffer> {
 }
 
 function decodeBase64(text: string): Uint8Array<ArrayBuffer> {
+  const reader = Uint8Array as unknown as { fromBase64?: (text: string) => Uint8Array<ArrayBuffer> };
+  if (reader.fromBase64) return reader.fromBase64(text); // browsers since 2025, several times as fast
   const plain = atob(text);
   const found = new Uint8Array(plain.length);
   for (let i = 0; i < plain.length; i++) found[i] = plain.charCodeAt(i);

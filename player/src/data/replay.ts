@@ -1,5 +1,6 @@
 /** A run as the page uses it: poses by frame, contacts and velocities by frame, columns by step. */
 
+import { type Contacts, PackedContacts } from "./contacts";
 import { fromHalves } from "./half";
 import type { Payload, Table } from "./payload";
 
@@ -7,26 +8,6 @@ import type { Payload, Table } from "./payload";
 export const KINDS = ["dynamic", "static", "kinematic"] as const;
 /** What a contact did in a step, by code. */
 export const STATUSES = ["apart", "sticks", "slips", "strikes"] as const;
-
-/** Contacts of a frame; numbers of one contact stand `dimension` apart where they are vectors. */
-export interface Contacts {
-  count: number;
-  a: ArrayLike<number>;
-  b: ArrayLike<number>;
-  /** Where [m]. */
-  point: Float32Array;
-  /** Unit normal from b to a. */
-  normal: Float32Array;
-  /** Distance of the surfaces [m], negative for overlap. */
-  gap: Float32Array;
-  /** On a along the normal [N s]. */
-  normalImpulse: Float32Array;
-  /** On a across it [N s]. */
-  frictionImpulse: Float32Array;
-  /** Velocity of a's point against b's across the normal [m/s]. */
-  slip: Float32Array;
-  status: Uint8Array;
-}
 
 /** Columns over the points of the plots. */
 export interface Steps {
@@ -62,7 +43,7 @@ export class Replay {
   private readonly step: Float64Array;
   private readonly detailFrames: Int32Array;
   private readonly offsets: Uint32Array;
-  private readonly all: Contacts;
+  private readonly all: PackedContacts;
   private readonly velocities: Float32Array;
   private readonly spins: Float32Array;
 
@@ -86,8 +67,8 @@ export class Replay {
     this.offsets = payload.array("contact_offsets") as Uint32Array;
     this.velocities = halves(payload, "velocity");
     this.spins = halves(payload, "angular_velocity");
-    this.all = contactsOf(payload, this.dimension);
-    this.usualImpulse = usual(this.all.normalImpulse);
+    this.all = new PackedContacts(payload, this.dimension);
+    this.usualImpulse = this.all.usualImpulse();
     this.steps = stepsOf(payload);
   }
 
@@ -159,45 +140,12 @@ export class Replay {
   contacts(frame: number): Contacts {
     const row = nearest(this.detailFrames, frame);
     const [begin, end] = [this.offsets[row], this.offsets[row + 1]];
-    const d = this.dimension;
-    const { a, b, point, normal, gap, normalImpulse, frictionImpulse, slip, status } = this.all;
-    return {
-      count: end - begin,
-      a: (a as Uint16Array).subarray(begin, end),
-      b: (b as Uint16Array).subarray(begin, end),
-      point: point.subarray(begin * d, end * d),
-      normal: normal.subarray(begin * d, end * d),
-      gap: gap.subarray(begin, end),
-      normalImpulse: normalImpulse.subarray(begin, end),
-      frictionImpulse: frictionImpulse.subarray(begin * d, end * d),
-      slip: slip.subarray(begin * d, end * d),
-      status: status.subarray(begin, end),
-    };
+    return this.all.between(begin, end);
   }
 }
 
 function halves(payload: Payload, name: string): Float32Array {
   return fromHalves(payload.array(name) as Uint16Array, payload.table.scale[name]);
-}
-
-function contactsOf(payload: Payload, dimension: number): Contacts {
-  const codes = payload.array("contact_point") as Uint16Array;
-  const low = payload.array("contact_point_low") as Float64Array;
-  const step = payload.table.scale.contact_point;
-  const point = new Float32Array(codes.length);
-  for (let i = 0; i < codes.length; i++) point[i] = low[i % dimension] + codes[i] * step;
-  return {
-    count: codes.length / dimension,
-    a: payload.array("contact_a") as Uint16Array,
-    b: payload.array("contact_b") as Uint16Array,
-    point,
-    normal: halves(payload, "contact_normal"),
-    gap: halves(payload, "contact_gap"),
-    normalImpulse: halves(payload, "contact_normal_impulse"),
-    frictionImpulse: halves(payload, "contact_friction_impulse"),
-    slip: halves(payload, "contact_slip"),
-    status: payload.array("contact_status") as Uint8Array,
-  };
 }
 
 function stepsOf(payload: Payload): Steps {
@@ -209,15 +157,6 @@ function stepsOf(payload: Payload): Steps {
       payload.has(`step_${name}`) ? (payload.array(`step_${name}`) as Float32Array) : undefined,
     width: (name) => payload.shape(`step_${name}`)[1] ?? 1,
   };
-}
-
-/** The impulse that 98 of 100 pressing contacts stay below [N s]. */
-function usual(impulses: Float32Array): number {
-  const stride = Math.max(1, Math.floor(impulses.length / 20000));
-  const pressing: number[] = [];
-  for (let i = 0; i < impulses.length; i += stride) if (impulses[i] > 0) pressing.push(impulses[i]);
-  pressing.sort((a, b) => a - b);
-  return pressing.length ? pressing[Math.floor(0.98 * (pressing.length - 1))] : 1;
 }
 
 /** Index of the value of a rising list that is nearest to `wanted`. */

@@ -5,7 +5,8 @@
 
 import type { Clock } from "../clock";
 import { type Entry, entriesOf, sharedBodies } from "../coupling";
-import type { Contacts, Replay } from "../data/replay";
+import type { Contacts } from "../data/contacts";
+import type { Replay } from "../data/replay";
 import { element } from "../dom";
 import { counted, quantity } from "../format";
 import type { Selection } from "../selection";

@@ -36,7 +36,10 @@ export class PlotsPanel {
   private showTime(): void {
     if (!this.visible) return;
     const { top, bottom } = this.root.getBoundingClientRect();
-    for (const plot of this.plots) if (plot.isWithin(top, Math.min(bottom, innerHeight))) plot.showTime();
+    const end = Math.min(bottom, innerHeight);
+    // all are measured before the first is changed, so that the page is laid out once
+    const within = this.plots.filter((plot) => plot.isWithin(top, end));
+    for (const plot of within) plot.showTime();
   }
 
   private fit(): void {

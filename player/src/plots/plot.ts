@@ -62,7 +62,7 @@ export class Plot {
     if (!this.plot) return;
     const left = this.plot.valToPos(this.clock.time, "x");
     this.cursor.style.transform = `translateX(${left}px)`;
-    this.cursor.hidden = !(left >= -0.5 && left <= this.plot.over.clientWidth + 0.5);
+    this.cursor.hidden = !(left >= -0.5 && left <= this.plot.bbox.width / devicePixelRatio + 0.5);
     if (this.hovered === null) this.read();
   }
 
@@ -139,7 +139,8 @@ export class Plot {
     const row = this.hovered ?? (this.plot ? nearest(this.chart.time, this.clock.time) : 0);
     this.chart.lines.forEach(({ values, unit }, i) => {
       const value = values[row];
-      this.values[i].textContent = value === null || value === undefined ? "–" : quantity(value, unit);
+      const text = value === null || value === undefined ? "–" : quantity(value, unit);
+      if (this.values[i].textContent !== text) this.values[i].textContent = text;
     });
     this.readout.classList.toggle("hovered", this.hovered !== null);
   }

@@ -22,8 +22,10 @@ import {
   Vector3,
 } from "three";
 import { islandsOf } from "../coupling";
-import type { Contacts, Replay } from "../data/replay";
+import type { Contacts } from "../data/contacts";
+import type { Replay } from "../data/replay";
 import { theme } from "../theme";
+import { Needles } from "./needles";
 
 /** What the colour of a contact tells. */
 export type ColourOf = "status" | "island" | "residual";
@@ -55,7 +57,7 @@ export class Arrows {
   private readonly ticks: LineSegments<BufferGeometry, LineBasicMaterial>;
   private room = 256;
   /** Whether impulses are needles, which cost a tenth of arrows. */
-  private readonly needles: boolean;
+  private readonly needles: Needles | undefined;
   /** Contacts that are drawn, in order. */
   private readonly drawn: number[] = [];
 
@@ -68,19 +70,17 @@ export class Arrows {
       ...[0, replay.frames >> 1, replay.frames - 1].map((at) => replay.contacts(at).count),
     );
     const many = most > MANY;
-    this.needles = many;
+    this.needles = many ? new Needles() : undefined;
     this.settings.normals = this.settings.points = !many;
     this.points = instances(new IcosahedronGeometry(1, many ? 0 : 2), this.room);
-    this.shafts = instances(
-      new CylinderGeometry(many ? 0 : 1, 1, 1, many ? 3 : 8, 1, true).translate(0, 0.5, 0),
-      this.room,
-    );
+    this.shafts = instances(new CylinderGeometry(1, 1, 1, 8, 1, true).translate(0, 0.5, 0), this.room);
     this.heads = instances(new ConeGeometry(1, 1, 12).translate(0, 0.5, 0), this.room);
     const over = { depthTest: false, depthWrite: false, transparent: true };
     this.ticks = new LineSegments(new BufferGeometry(), new LineBasicMaterial(over));
     this.ticks.frustumCulled = false;
     this.ticks.renderOrder = 10;
     this.group.add(this.points, this.shafts, this.heads, this.ticks);
+    if (this.needles) this.group.add(this.needles.mesh);
   }
 
   /** Draws the contacts of a frame; `hovered` are pointed at, `worst` the bodies of the worst contact. */
@@ -107,7 +107,11 @@ export class Arrows {
     }
     this.points.boundingSphere = null;
     this.points.visible = this.settings.points;
-    this.shafts.visible = this.settings.impulses;
+    this.shafts.visible = this.settings.impulses && !this.needles;
+    if (this.needles) {
+      this.needles.show(this.drawn.length);
+      this.needles.mesh.visible = this.settings.impulses;
+    }
     this.heads.visible = this.settings.impulses && !this.needles;
     this.ticks.visible = this.settings.normals && ticks.length > 0;
     this.ticks.geometry.setAttribute("position", new Float32BufferAttribute(ticks, 3));
@@ -165,7 +169,9 @@ export class Arrows {
     if (length > 1e-4 * this.unit) TURN.setFromUnitVectors(UP, impulse.normalize());
     else TURN.identity();
     const radius = Math.min((this.needles ? 0.05 : 0.018) * this.unit, 0.1 * length);
-    this.shafts.setMatrixAt(slot, MATRIX.compose(at, TURN, SIZE.set(radius, length - head, radius)));
+    MATRIX.compose(at, TURN, SIZE.set(radius, length - head, radius));
+    this.shafts.setMatrixAt(slot, MATRIX);
+    this.needles?.set(slot, MATRIX, colour);
     TIP.copy(at).addScaledVector(impulse, length - head);
     this.heads.setMatrixAt(slot, MATRIX.compose(TIP, TURN, SIZE.set(0.3 * head, head, 0.3 * head)));
     for (const mesh of [this.points, this.shafts, this.heads]) mesh.setColorAt(slot, colour);
@@ -186,6 +192,7 @@ export class Arrows {
 
   /** Makes room for more contacts. */
   private grow(count: number): void {
+    this.needles?.grow(count);
     if (count <= this.room) return;
     while (this.room < count) this.room *= 2;
     this.points = this.regrown(this.points);

@@ -1,42 +1,22 @@
 /** The bodies of a replay: equal shapes are drawn together, however many bodies have them. */
 
-import {
-  type BufferGeometry,
-  Color,
-  DoubleSide,
-  DynamicDrawUsage,
-  FrontSide,
-  Group,
-  InstancedMesh,
-  LineBasicMaterial,
-  type Material,
-  Matrix4,
-  MeshBasicMaterial,
-  MeshLambertMaterial,
-  type Raycaster,
-  type Side,
-} from "three";
+import { Color, FrontSide, Group, Matrix4, type Raycaster } from "three";
 import type { Replay } from "../data/replay";
 import { theme } from "../theme";
+import { type Batch, edgeMaterial, fillMaterial, type Member, setOpacity, sideOf } from "./batch";
+import { Instances } from "./instances";
+import { Merged, type Single } from "./merged";
 import { type Form, type Piece, piecesOf } from "./pieces";
 
 /** Looks of a replay: as itself, or as the ghost of a run that it is compared with. */
 export type Look = "solid" | "ghost";
 
-/** Instances that share a geometry: pieces of bodies, fill and edges. */
-interface Batch {
-  fill: InstancedMesh | null;
-  edges: InstancedMesh;
-  /** Body of each instance. */
-  bodies: number[];
-  /** Where each piece sits in its body, as columns of 3 × 4 numbers. */
-  places: Float64Array;
-}
-
 /** Bounded obstacles of space are glass, for they often are boxes that things lie in [1]. */
 const GLASS = 0.3;
 /** Of more bodies than this each is drawn with fewer corners. */
 export const MANY = 300;
+/** Forms of space that fewer pieces share than this are drawn together. */
+const FEW = 1000;
 /** Size of a body without a shape, as a share of the scene's [1]. */
 const PARTICLE = 0.006;
 
@@ -45,7 +25,7 @@ export class Bodies {
   /** What moves, and obstacles. */
   readonly group = new Group();
   readonly obstacles = new Group();
-  private readonly batches: Batch[] = [];
+  private readonly batches: Batch[];
   private shown = -1;
   private readonly position = new Float64Array(3);
   private readonly quaternion = new Float64Array(4);
@@ -57,8 +37,7 @@ export class Bodies {
   ) {
     // a ghost has no obstacles: they are where those of the other run are
     const drawn = (body: number): boolean => look === "solid" || replay.kind[body] !== 1;
-    for (const [form, members] of gathered(replay, reach, drawn))
-      this.batches.push(this.batch(form, members));
+    this.batches = this.batched(gathered(replay, reach, drawn));
     for (const { fill, edges, bodies } of this.batches) {
       const group = replay.kind[bodies[0]] === 1 ? this.obstacles : this.group;
       if (fill) group.add(fill);
@@ -73,7 +52,7 @@ export class Bodies {
     const first = this.shown < 0;
     this.shown = frame;
     for (const batch of this.batches) {
-      const into = batch.edges.instanceMatrix.array as Float32Array;
+      const into = batch.matrices;
       let moved = first;
       batch.bodies.forEach((body, i) => {
         if (!first && this.replay.kind[body] === 1) return; // obstacles stay
@@ -82,9 +61,7 @@ export class Bodies {
         this.replay.rotation(frame, body, this.quaternion);
         place(this.position, this.quaternion, batch.places, 12 * i, into, 16 * i);
       });
-      if (!moved) continue;
-      batch.edges.instanceMatrix.needsUpdate = true;
-      if (batch.fill) batch.fill.boundingSphere = null; // of all instances, for pointing at them
+      if (moved) batch.moved();
     }
   }
 
@@ -92,13 +69,12 @@ export class Bodies {
   recolour(hovered: readonly number[], chosen: number): void {
     const colours = theme();
     const colour = new Color();
-    for (const { fill, bodies, edges } of this.batches) {
-      (edges.material as LineBasicMaterial).color.set(this.look === "ghost" ? colours.ghost : colours.edge);
-      if (!fill) continue;
-      bodies.forEach((body, i) => {
-        fill.setColorAt(i, colour.set(this.colourOf(body, hovered.includes(body), body === chosen)));
+    for (const batch of this.batches) {
+      batch.edges.material.color.set(this.look === "ghost" ? colours.ghost : colours.edge);
+      batch.bodies.forEach((body, i) => {
+        batch.paint(i, colour.set(this.colourOf(body, hovered.includes(body), body === chosen)));
       });
-      if (fill.instanceColor) fill.instanceColor.needsUpdate = true;
+      batch.painted();
     }
   }
 
@@ -111,12 +87,11 @@ export class Bodies {
   pick(ray: Raycaster): number {
     let nearest = Number.POSITIVE_INFINITY;
     let found = -1;
-    for (const { fill, bodies } of this.batches) {
-      if (!fill) continue;
-      const [hit] = ray.intersectObject(fill, false);
-      if (hit?.instanceId === undefined || hit.distance >= nearest) continue;
+    for (const batch of this.batches) {
+      const hit = batch.pick(ray);
+      if (!hit || hit.distance >= nearest) continue;
       nearest = hit.distance;
-      found = bodies[hit.instanceId];
+      found = hit.body;
     }
     return found;
   }
@@ -124,9 +99,7 @@ export class Bodies {
   /** Lets contacts behind bodies show through, or not. */
   setTransparent(on: boolean): void {
     for (const { fill } of this.batches) {
-      const material = fill?.material as Material | undefined;
-      if (!material) continue;
-      setOpacity(material, on ? 0.35 : (material.userData.opacity as number));
+      if (fill) setOpacity(fill.material, on ? 0.35 : (fill.material.userData.opacity as number));
     }
   }
 
@@ -138,83 +111,54 @@ export class Bodies {
     return this.replay.kind[body] === 0 ? colours.bodies[body % colours.bodies.length] : colours.obstacle;
   }
 
-  private batch(form: Form, members: { body: number; place: Matrix4 }[]): Batch {
-    const { fill, edges } = form.make();
-    const count = members.length;
+  /** Batches of all forms: of those that many pieces share, one each; of the others, one for all. */
+  private batched(found: Map<Form, Member[]>): Batch[] {
+    const batches: Batch[] = [];
+    const singles: Single[] = [];
+    for (const [form, members] of found) {
+      const geometry = form.make();
+      const { fill, edges } = geometry;
+      const lone = members.length < FEW && this.replay.dimension === 3 && !this.rests(members);
+      if (lone && fill && !fill.userData.surface)
+        singles.push(...members.map((member) => ({ ...member, fill, edges })));
+      else batches.push(this.instances(geometry, members));
+    }
+    if (singles.length) batches.push(this.merged(singles));
+    return batches;
+  }
+
+  private instances(geometry: ReturnType<Form["make"]>, members: Member[]): Batch {
     const flat = this.replay.dimension === 2;
     const ghost = this.look === "ghost";
-    const lines = new InstancedLines(edges, edgeMaterial(flat, ghost), count);
-    lines.instanceMatrix.setUsage(DynamicDrawUsage);
-    lines.renderOrder = flat ? 2 : 0;
-    lines.frustumCulled = false;
-    const places = new Float64Array(12 * count);
-    members.forEach(({ place }, i) => {
-      const columns = place.elements;
-      for (let c = 0; c < 4; c++) for (let r = 0; r < 3; r++) places[12 * i + 3 * c + r] = columns[4 * c + r];
-    });
-    const made: Batch = { fill: null, edges: lines, bodies: members.map(({ body }) => body), places };
-    if (fill) {
-      const glass =
-        !flat && !fill.userData.surface && members.every(({ body }) => this.replay.kind[body] === 1);
-      const opacity = ghost ? 0.3 : glass ? GLASS : 1;
-      const mesh = new InstancedMesh(fill, fillMaterial(flat, opacity, sideOf(fill, glass)), count);
-      mesh.instanceMatrix = lines.instanceMatrix;
-      mesh.frustumCulled = false;
-      mesh.renderOrder = ghost || glass ? 1 : 0;
-      made.fill = mesh;
-    }
+    const { fill } = geometry;
+    const glass = !!fill && !flat && !fill.userData.surface && this.rests(members);
+    const opacity = ghost ? 0.3 : glass ? GLASS : 1;
+    const material = fill && fillMaterial(flat, opacity, sideOf(fill, glass));
+    const made = new Instances(geometry, members, material, edgeMaterial(flat, ghost));
+    made.edges.renderOrder = flat ? 2 : 0;
+    if (made.fill) made.fill.renderOrder = ghost || glass ? 1 : 0;
     return made;
   }
-}
 
-/**
- * Lines drawn once per instance. Three has instances of meshes only; the renderer asks an object what it is,
- * and takes its instances whatever that is.
- */
-class InstancedLines extends InstancedMesh<BufferGeometry, LineBasicMaterial> {
-  constructor(geometry: BufferGeometry, material: LineBasicMaterial, count: number) {
-    super(geometry, material, count);
-    Object.assign(this, { isMesh: false, isLine: true, isLineSegments: true });
+  private merged(singles: Single[]): Batch {
+    const ghost = this.look === "ghost";
+    const made = new Merged(
+      singles,
+      fillMaterial(false, ghost ? 0.3 : 1, FrontSide),
+      edgeMaterial(false, ghost),
+    );
+    made.fill.renderOrder = ghost ? 1 : 0;
+    return made;
   }
-}
 
-function fillMaterial(flat: boolean, opacity: number, side: Side): Material {
-  const offset = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
-  const made = flat
-    ? new MeshBasicMaterial({ side: DoubleSide, depthTest: false })
-    : new MeshLambertMaterial({ ...offset, side });
-  made.userData.opacity = opacity;
-  setOpacity(made, opacity);
-  return made;
-}
-
-/** Surfaces are seen from both sides, solids from outside. */
-function sideOf(fill: BufferGeometry, glass: boolean): Side {
-  if (fill.userData.side !== undefined) return fill.userData.side as Side;
-  return fill.userData.surface && !glass ? DoubleSide : FrontSide;
-}
-
-function setOpacity(material: Material, opacity: number): void {
-  material.transparent = opacity < 1;
-  material.opacity = opacity;
-  material.depthWrite = opacity === 1;
-  material.needsUpdate = true;
-}
-
-function edgeMaterial(flat: boolean, ghost: boolean): LineBasicMaterial {
-  return new LineBasicMaterial({
-    depthTest: !flat,
-    transparent: true,
-    opacity: ghost ? 0.9 : flat ? 0.8 : 0.5,
-  });
+  /** Whether all pieces are of obstacles. */
+  private rests(members: Member[]): boolean {
+    return members.every(({ body }) => this.replay.kind[body] === 1);
+  }
 }
 
 /** All pieces of all bodies that are drawn, by form. */
-function gathered(
-  replay: Replay,
-  reach: number,
-  drawn: (body: number) => boolean,
-): Map<Form, { body: number; place: Matrix4 }[]> {
+function gathered(replay: Replay, reach: number, drawn: (body: number) => boolean): Map<Form, Member[]> {
   const d = replay.dimension;
   const detail = { reach, round: replay.bodies > MANY ? 10 : 28 };
   const byShape = replay.table.shapes.map((shape) => piecesOf(shape, replay.table.space, detail));
@@ -224,7 +168,7 @@ function gathered(
     detail,
   );
   const forms = new Map<string, Form>();
-  const found = new Map<Form, { body: number; place: Matrix4 }[]>();
+  const found = new Map<Form, Member[]>();
   for (let body = 0; body < replay.bodies; body++) {
     if (!drawn(body)) continue;
     const pieces: Piece[] = replay.shape[body] < 0 ? particle : byShape[replay.shape[body]];

@@ -41,23 +41,30 @@ export function spatialForm(shape: ShapeTable, { reach, round }: Detail): Form {
     case "capsule":
       return own(shape, () => capsule(radius, shape.length as number, round));
     case "convex_hull":
-      return own(shape, () => solid(hullOf(shape.points as number[][], 0)));
+      return own(shape, () => solid(hullOf(shape.points as number[][], 0, round)));
     case "round_convex_hull":
-      return own(shape, () => solid(hullOf(shape.points as number[][], radius)));
+      return own(shape, () => solid(hullOf(shape.points as number[][], radius, round)));
     case "round_box":
-      return own(shape, () => solid(hullOf(boxCorners(shape.size as number[]), radius)));
+      return own(shape, () => solid(hullOf(boxCorners(shape.size as number[]), radius, round)));
     case "round_cylinder":
       return own(shape, () =>
         solid(
           hullOf(
             [...circle(radius, height / 2, round), ...circle(radius, -height / 2, round)],
             shape.rounding as number,
+            round,
           ),
         ),
       );
     case "round_cone":
       return own(shape, () =>
-        solid(hullOf([...circle(radius, -height / 2, round), [0, 0, height / 2]], shape.rounding as number)),
+        solid(
+          hullOf(
+            [...circle(radius, -height / 2, round), [0, 0, height / 2]],
+            shape.rounding as number,
+            round,
+          ),
+        ),
       );
     case "tri_mesh":
       return own(shape, () => mesh(shape.vertices as number[][], (shape.triangles as number[][]).flat()));
@@ -142,11 +149,12 @@ function circle(radius: number, z: number, round: number): number[][] {
   });
 }
 
-/** Convex hull of points, each swept by a ball of `radius` [m]. */
-function hullOf(points: number[][], radius: number): BufferGeometry {
+/** Convex hull of points, each swept by a ball of `radius` [m]; with few corners per turn the ball has few too. */
+function hullOf(points: number[][], radius: number, round: number): BufferGeometry {
   const centers = points.map(([x, y, z]) => new Vector3(x, y, z));
   if (!(radius > 0)) return new ConvexGeometry(centers);
-  const sphere = new SphereGeometry(radius, 12, 8).getAttribute("position");
+  const [across, down] = round < 12 ? [6, 4] : [12, 8];
+  const sphere = new SphereGeometry(radius, across, down).getAttribute("position");
   const cloud: Vector3[] = [];
   for (const center of centers)
     for (let i = 0; i < sphere.count; i++)
