@@ -76,8 +76,10 @@ NPM ?= npm
 # with CI set it fails instead
 NO_NODE = echo "=== SKIPPED: $(1) needs Node.js >= 20.19, which is not here ===" >&2; test -z "$$CI"
 
+# not `npm ci`: it refuses a lock that lacks a tool's builds for other platforms, and mirrors of the registry do not carry
+# all of those; versions and digests are those of the lock all the same, which is not written
 player/node_modules/made: player/package.json player/package-lock.json
-	cd player && $(NPM) ci --no-audit --no-fund --silent
+	cd player && $(NPM) install --no-save --no-audit --no-fund --silent
 	@touch $@
 
 player: player/node_modules/made
