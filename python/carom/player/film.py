@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.errors import CaromError
 from carom.player.chromium import Chromium, find_chromium
-from carom.player.page import page_of, write_page
+from carom.player.page import page_of, save_whole, write_page
 
 if TYPE_CHECKING:
     from carom.recorded import Run
@@ -39,11 +39,11 @@ def write_png(
     if find_chromium() is None and run.space == "planar":
         from carom.player.drawing import draw_planar
 
-        return _saved(path, draw_planar(run, moment, size, theme, contacts))
+        return save_whole(path, draw_planar(run, moment, size, theme, contacts))
     with tempfile.TemporaryDirectory() as folder, Chromium(size) as browser:
         _open(browser, run, Path(folder), theme, contacts)
         browser.evaluate(f"carom.seek({json.dumps(moment)})")
-        return _saved(path, browser.screenshot())
+        return save_whole(path, browser.screenshot())
 
 
 def write_mp4(
@@ -73,7 +73,7 @@ def write_mp4(
     with tempfile.TemporaryDirectory() as folder, Chromium(size, patience=_PATIENCE) as browser:
         _open(browser, run, Path(folder), theme, contacts)
         settings = json.dumps({"fps": fps, "speed": speed, "from": begin, "to": end})
-        return _saved(path, base64.b64decode(browser.evaluate(f"carom.film({settings})")))
+        return save_whole(path, base64.b64decode(browser.evaluate(f"carom.film({settings})")))
 
 
 def _open(browser: Chromium, run: Run, folder: Path, theme: str, contacts: bool) -> None:
@@ -82,19 +82,6 @@ def _open(browser: Chromium, run: Run, folder: Path, theme: str, contacts: bool)
     browser.evaluate(f"carom.showSceneOnly(true, {json.dumps(theme)})")
     if not contacts:
         browser.evaluate("carom.view.setArrows({points: false, normals: false, impulses: false})")
-
-
-def _saved(path: Path, content: bytes) -> Path:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-    except OSError as error:
-        remedy = "choose another path"
-        raise CaromError(
-            f"{str(path)!r} cannot be written: {error.strerror or error}; {remedy}",
-            field="path", value=str(path), remedy=remedy,
-        ) from error  # fmt: skip
-    return path
 
 
 def _checked(path: str | Path, suffix: str, size: tuple[int, int], theme: str) -> Path:

@@ -71,11 +71,22 @@ def write_page(path: str | Path, text: str) -> Path:
     CaromError
         When the path cannot be written.
     """
+    return save_whole(path, text.encode())
+
+
+def save_whole(path: str | Path, content: bytes) -> Path:
+    """Writes a file beside its place and moves it there, so that nobody sees half of it; folders are made.
+
+    Raises
+    ------
+    CaromError
+        When the path cannot be written.
+    """
     path = Path(path)
     partial = path.with_name(f"{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(text, encoding="utf-8")
+        partial.write_bytes(content)
         os.replace(partial, path)
     except OSError as error:
         remedy = "choose another path"
