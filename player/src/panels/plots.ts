@@ -1,5 +1,6 @@
 /** The panel of all charts. Charts are drawn when the panel is first seen. */
 
+import { Calm } from "../calm";
 import type { Clock } from "../clock";
 import { element } from "../dom";
 import type { Chart } from "../plots/charts";
@@ -11,15 +12,16 @@ export class PlotsPanel {
   readonly root = element("div", { class: "plots" });
   readonly plots: Plot[];
   private width = 0;
+  private readonly calm = new Calm(() => this.showTime());
 
   constructor(charts: Chart[], clock: Clock) {
     this.plots = charts.map((chart) => new Plot(chart, clock));
     this.root.append(...this.plots.map((plot) => plot.root));
     if (!charts.length) this.root.append(element("p", { class: "hint" }, "No steps were recorded."));
-    clock.onMove(() => this.showTime());
+    clock.onMove(this.calm.ask);
     onTheme(() => this.build());
-    this.root.addEventListener("scroll", () => this.showTime());
-    window.addEventListener("scroll", () => this.showTime());
+    this.root.addEventListener("scroll", this.calm.ask);
+    window.addEventListener("scroll", this.calm.ask);
     new ResizeObserver(() => this.fit()).observe(this.root);
   }
 
@@ -30,10 +32,11 @@ export class PlotsPanel {
   }
 
   private get visible(): boolean {
-    return this.root.clientWidth > 0;
+    return this.width > 0 && !this.root.hidden; // asking for its size would have the page laid out
   }
 
-  private showTime(): void {
+  /** Moves the cursors of what is seen to the time shown. */
+  showTime(): void {
     if (!this.visible) return;
     const { top, bottom } = this.root.getBoundingClientRect();
     const end = Math.min(bottom, innerHeight);

@@ -54,13 +54,15 @@ export class Bodies {
     for (const batch of this.batches) {
       const into = batch.matrices;
       let moved = first;
-      batch.bodies.forEach((body, i) => {
-        if (!first && this.replay.kind[body] === 1) return; // obstacles stay
+      const { bodies, places } = batch;
+      for (let i = 0; i < bodies.length; i++) {
+        const body = bodies[i];
+        if (!first && this.replay.kind[body] === 1) continue; // obstacles stay
         moved = true;
         this.replay.position(frame, body, this.position);
         this.replay.rotation(frame, body, this.quaternion);
-        place(this.position, this.quaternion, batch.places, 12 * i, into, 16 * i);
-      });
+        place(this.position, this.quaternion, places, 12 * i, into, 16 * i);
+      }
       if (moved) batch.moved();
     }
   }
@@ -76,6 +78,11 @@ export class Bodies {
       });
       batch.painted();
     }
+  }
+
+  /** Draws solids with few triangles, or in full. */
+  setRough(on: boolean): void {
+    for (const batch of this.batches) batch.setRough(on);
   }
 
   /** Draws the edges of solids, or not. */
@@ -98,9 +105,8 @@ export class Bodies {
 
   /** Lets contacts behind bodies show through, or not. */
   setTransparent(on: boolean): void {
-    for (const { fill } of this.batches) {
-      if (fill) setOpacity(fill.material, on ? 0.35 : (fill.material.userData.opacity as number));
-    }
+    for (const each of this.batches.flatMap(({ materials }) => materials))
+      setOpacity(each, on ? 0.35 : (each.userData.opacity as number));
   }
 
   private colourOf(body: number, hovered: boolean, chosen: boolean): number {
@@ -114,16 +120,14 @@ export class Bodies {
   /** Batches of all forms: of those that many pieces share, one each; of the others, one for all. */
   private batched(found: Map<Form, Member[]>): Batch[] {
     const batches: Batch[] = [];
-    const singles: Single[] = [];
+    const [moving, resting]: Single[][] = [[], []];
     for (const [form, members] of found) {
-      const geometry = form.make();
-      const { fill, edges } = geometry;
-      const lone = members.length < FEW && this.replay.dimension === 3 && !this.rests(members);
-      if (lone && fill && !fill.userData.surface)
-        singles.push(...members.map((member) => ({ ...member, fill, edges })));
-      else batches.push(this.instances(geometry, members));
+      const rests = this.rests(members);
+      if (form.rough && members.length < FEW)
+        (rests ? resting : moving).push(...singlesOf(form, members, rests));
+      else batches.push(this.instances(form.make(), members));
     }
-    if (singles.length) batches.push(this.merged(singles));
+    for (const singles of [moving, resting]) if (singles.length) batches.push(this.merged(singles));
     return batches;
   }
 
@@ -142,12 +146,10 @@ export class Bodies {
 
   private merged(singles: Single[]): Batch {
     const ghost = this.look === "ghost";
-    const made = new Merged(
-      singles,
-      fillMaterial(false, ghost ? 0.3 : 1, FrontSide),
-      edgeMaterial(false, ghost),
-    );
-    made.fill.renderOrder = ghost ? 1 : 0;
+    const glass = this.rests(singles);
+    const opacity = ghost ? 0.3 : glass ? GLASS : 1;
+    const made = new Merged(singles, fillMaterial(false, opacity, FrontSide), edgeMaterial(false, ghost));
+    made.fill.renderOrder = ghost || glass ? 1 : 0;
     return made;
   }
 
@@ -155,6 +157,27 @@ export class Bodies {
   private rests(members: Member[]): boolean {
     return members.every(({ body }) => this.replay.kind[body] === 1);
   }
+}
+
+/** Pieces of a form, which share its geometries; obstacles, which are few and large, are never drawn roughly. */
+function singlesOf(form: Form, members: Member[], rests: boolean): Single[] {
+  const made = once(form.make);
+  const few = rests || !form.rough ? () => made().fill! : once(form.rough);
+  return members.map((member) => ({
+    ...member,
+    fill: () => made().fill!,
+    edges: () => made().edges,
+    rough: few,
+  }));
+}
+
+/** Makes something when it is first asked for. */
+function once<T>(make: () => T): () => T {
+  let made: T | undefined;
+  return () => {
+    made ??= make();
+    return made;
+  };
 }
 
 /** All pieces of all bodies that are drawn, by form. */
@@ -188,13 +211,18 @@ function gathered(replay: Replay, reach: number, drawn: (body: number) => boolea
 
 /** Writes pose × place as a 4 × 4 matrix, column by column. */
 function place(
-  [x, y, z]: Float64Array,
-  [qx, qy, qz, qw]: Float64Array,
+  position: Float64Array,
+  quaternion: Float64Array,
   from: Float64Array,
   at: number,
   into: Float32Array,
   to: number,
 ): void {
+  // by number, for taking a list apart by pattern is slow
+  const qx = quaternion[0];
+  const qy = quaternion[1];
+  const qz = quaternion[2];
+  const qw = quaternion[3];
   const xx = 1 - 2 * (qy * qy + qz * qz);
   const xy = 2 * (qx * qy - qw * qz);
   const xz = 2 * (qx * qz + qw * qy);
@@ -205,11 +233,13 @@ function place(
   const zy = 2 * (qy * qz + qw * qx);
   const zz = 1 - 2 * (qx * qx + qy * qy);
   for (let c = 0; c < 4; c++) {
-    const [a, b, d] = [from[at + 3 * c], from[at + 3 * c + 1], from[at + 3 * c + 2]];
+    const a = from[at + 3 * c];
+    const b = from[at + 3 * c + 1];
+    const d = from[at + 3 * c + 2];
     const last = c === 3 ? 1 : 0;
-    into[to + 4 * c] = xx * a + xy * b + xz * d + last * x;
-    into[to + 4 * c + 1] = yx * a + yy * b + yz * d + last * y;
-    into[to + 4 * c + 2] = zx * a + zy * b + zz * d + last * z;
+    into[to + 4 * c] = xx * a + xy * b + xz * d + last * position[0];
+    into[to + 4 * c + 1] = yx * a + yy * b + yz * d + last * position[1];
+    into[to + 4 * c + 2] = zx * a + zy * b + zz * d + last * position[2];
     into[to + 4 * c + 3] = last;
   }
 }
