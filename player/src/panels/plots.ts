@@ -7,11 +7,15 @@ import type { Chart } from "../plots/charts";
 import { Plot } from "../plots/plot";
 import { onTheme } from "../theme";
 
+/** Charts out of sight are built after this long, one by one [ms]. */
+const LATER = 30;
+
 /** See the file's head. */
 export class PlotsPanel {
   readonly root = element("div", { class: "plots" });
   readonly plots: Plot[];
   private width = 0;
+  private building: ReturnType<typeof setTimeout> | undefined;
   private readonly calm = new Calm(() => this.showTime());
 
   constructor(charts: Chart[], clock: Clock) {
@@ -48,13 +52,32 @@ export class PlotsPanel {
   private fit(): void {
     const width = this.room;
     if (width <= 0 || width === this.width) return;
-    if (this.width === 0) this.build();
-    else for (const plot of this.plots) plot.resize(width);
+    if (this.width === 0) {
+      this.build();
+      return;
+    }
     this.width = width;
+    for (const plot of this.plots) plot.resize(width);
   }
 
   private build(): void {
     const width = this.room;
-    if (width > 0) for (const plot of this.plots) plot.build(width);
+    if (width <= 0) return;
+    this.width = width;
+    const { bottom } = this.root.getBoundingClientRect();
+    const seen = this.plots.filter((plot) => plot.isWithin(0, Math.min(bottom, innerHeight)));
+    for (const plot of seen) plot.build(width);
+    this.buildNext(this.plots.filter((plot) => !seen.includes(plot)));
+  }
+
+  /** Builds charts that are not seen yet, one at a time, so that the page stays responsive. */
+  private buildNext(left: Plot[]): void {
+    clearTimeout(this.building);
+    const [next, ...others] = left;
+    if (!next) return;
+    this.building = setTimeout(() => {
+      if (this.room > 0) next.build(this.room);
+      this.buildNext(others);
+    }, LATER);
   }
 }
