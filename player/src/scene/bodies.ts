@@ -15,8 +15,8 @@ export type Look = "solid" | "ghost";
 const GLASS = 0.3;
 /** Of more bodies than this each is drawn with fewer corners. */
 export const MANY = 300;
-/** Forms of space that fewer pieces share than this are drawn together. */
-const FEW = 1000;
+/** Forms of space that fewer pieces share than this are drawn together; beyond it corners would take much memory. */
+const FEW = 50_000;
 /** Size of a body without a shape, as a share of the scene's [1]. */
 const PARTICLE = 0.006;
 
@@ -35,9 +35,7 @@ export class Bodies {
     private readonly look: Look,
     reach: number,
   ) {
-    // a ghost has no obstacles: they are where those of the other run are
-    const drawn = (body: number): boolean => look === "solid" || replay.kind[body] !== 1;
-    this.batches = this.batched(gathered(replay, reach, drawn));
+    this.batches = this.batched(gathered(replay, reach));
     for (const { fill, edges, bodies } of this.batches) {
       const group = replay.kind[bodies[0]] === 1 ? this.obstacles : this.group;
       if (fill) group.add(fill);
@@ -72,7 +70,8 @@ export class Bodies {
     const colours = theme();
     const colour = new Color();
     for (const batch of this.batches) {
-      batch.edges.material.color.set(this.look === "ghost" ? colours.ghost : colours.edge);
+      const ghost = this.look === "ghost" && this.replay.kind[batch.bodies[0]] !== 1;
+      batch.edges.material.color.set(ghost ? colours.ghost : colours.edge);
       batch.bodies.forEach((body, i) => {
         batch.paint(i, colour.set(this.colourOf(body, hovered.includes(body), body === chosen)));
       });
@@ -113,7 +112,7 @@ export class Bodies {
     const colours = theme();
     if (chosen) return colours.chosen;
     if (hovered) return colours.hovered;
-    if (this.look === "ghost") return colours.ghost;
+    if (this.look === "ghost" && this.replay.kind[body] !== 1) return colours.ghost;
     return this.replay.kind[body] === 0 ? colours.bodies[body % colours.bodies.length] : colours.obstacle;
   }
 
@@ -133,7 +132,7 @@ export class Bodies {
 
   private instances(geometry: ReturnType<Form["make"]>, members: Member[]): Batch {
     const flat = this.replay.dimension === 2;
-    const ghost = this.look === "ghost";
+    const ghost = this.look === "ghost" && !this.rests(members); // obstacles look as those of the other run
     const { fill } = geometry;
     const glass = !!fill && !flat && !fill.userData.surface && this.rests(members);
     const opacity = ghost ? 0.3 : glass ? GLASS : 1;
@@ -145,8 +144,8 @@ export class Bodies {
   }
 
   private merged(singles: Single[]): Batch {
-    const ghost = this.look === "ghost";
     const glass = this.rests(singles);
+    const ghost = this.look === "ghost" && !glass;
     const opacity = ghost ? 0.3 : glass ? GLASS : 1;
     const made = new Merged(singles, fillMaterial(false, opacity, FrontSide), edgeMaterial(false, ghost));
     made.fill.renderOrder = ghost || glass ? 1 : 0;
@@ -181,7 +180,7 @@ function once<T>(make: () => T): () => T {
 }
 
 /** All pieces of all bodies that are drawn, by form. */
-function gathered(replay: Replay, reach: number, drawn: (body: number) => boolean): Map<Form, Member[]> {
+function gathered(replay: Replay, reach: number): Map<Form, Member[]> {
   const d = replay.dimension;
   const detail = { reach, round: replay.bodies > MANY ? 10 : 28 };
   const byShape = replay.table.shapes.map((shape) => piecesOf(shape, replay.table.space, detail));
@@ -193,7 +192,6 @@ function gathered(replay: Replay, reach: number, drawn: (body: number) => boolea
   const forms = new Map<string, Form>();
   const found = new Map<Form, Member[]>();
   for (let body = 0; body < replay.bodies; body++) {
-    if (!drawn(body)) continue;
     const pieces: Piece[] = replay.shape[body] < 0 ? particle : byShape[replay.shape[body]];
     const center = [0, 1, 2].map((axis) => (axis < d ? replay.center[body * d + axis] : 0));
     for (const { form, place } of pieces) {

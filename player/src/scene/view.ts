@@ -52,7 +52,8 @@ export class SceneView {
     this.stage.add(this.bodies.obstacles, this.bodies.group, this.arrows.group);
     if (second) {
       this.other = new Bodies(second, "ghost", extent.reach);
-      this.stage.add(this.other.group);
+      this.stage.add(this.other.obstacles, this.other.group);
+      this.other.obstacles.visible = false;
     }
     host.append(this.tip);
     this.stage.lookAt(extent.box);
@@ -70,8 +71,11 @@ export class SceneView {
   setCompare(how: Compare): void {
     this.compare = how;
     const show = (first: boolean, second: boolean) => () => {
-      this.bodies.group.visible = this.arrows.group.visible = first;
-      if (this.other) this.other.group.visible = second;
+      this.bodies.group.visible = this.arrows.group.visible = this.bodies.obstacles.visible = first;
+      if (!this.other) return;
+      this.other.group.visible = second;
+      // of both runs together those of the first are enough: they are at the same places
+      this.other.obstacles.visible = second && !first;
     };
     this.stage.views =
       how === "beside"
