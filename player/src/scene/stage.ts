@@ -27,7 +27,7 @@ import { theme } from "../theme";
 const SLOW = 40;
 /** Resolution while slow drawings follow each other, in pixels of the drawing per pixel of the page [1]. */
 const COARSE = 0.6;
-/** After this long without another one a coarse drawing is made again in full [ms]. */
+/** After this long, and twice as long as it took, without another one a coarse drawing is made again in full [ms]. */
 const REST = 150;
 
 /** A part of the canvas with what is drawn there; from 0 to 1 of the width. */
@@ -146,9 +146,14 @@ export class Stage {
     const begun = performance.now();
     this.render();
     // the graphics processor works on after the calls have returned; the next frame of the page waits for it
-    requestAnimationFrame(() => this.judge(performance.now() - begun));
     clearTimeout(this.resting);
-    if (this.coarse) this.resting = setTimeout(() => this.drawFull(), REST);
+    requestAnimationFrame(() => {
+      const taken = performance.now() - begun;
+      this.judge(taken);
+      clearTimeout(this.resting);
+      // where drawings take long, the next one may still come: a full one between them would cost several
+      if (this.coarse && !this.asked) this.resting = setTimeout(() => this.drawFull(), REST + 2 * taken);
+    });
   }
 
   private render(): void {
