@@ -1,5 +1,5 @@
-"""Pages for the tests in a browser: small runs of the plane and of space, two runs side by side, hostile names,
-many bodies.
+"""Pages for the tests in a browser: small runs of the plane and of space, two runs side by side, hostile
+names, many bodies.
 
 With --large: a run of 1,000 bodies and 600 frames, and the one of 10,000, for the benchmark.
 """
@@ -146,7 +146,7 @@ def many(folder: Path) -> None:
 
 
 def large(folder: Path) -> None:
-    """1,000 bodies, 600 frames, all of them in contact at the end; and a small page to warm the browser up with."""
+    """1,000 bodies, 600 frames, all of them in contact at the end; and a page to warm the browser up."""
     drop().run(0.2, every=4).to_html(folder / "warm.html")
     world = load_scene("pile").build()
     world.scheme = "soft_step"
