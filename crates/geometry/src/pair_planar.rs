@@ -3,7 +3,9 @@
 //! that face each other. Knows no radii and no composite shapes.
 
 use crate::core_planar::{PlanarCore, edge_normal};
+use crate::geometry::Aabb;
 use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Touch, Touches, scale};
+use crate::surface::around;
 use carom_math::{Column, Planar, Pose, Rotation, Vec2};
 
 /// Two gaps closer than this fraction of the scale are the same to rounding \[1\].
@@ -33,6 +35,9 @@ impl Kernel for Planar {
         let corners = core.corners();
         let best = farthest(corners, direction);
         (corners[best], best as u32)
+    }
+    fn bounds_of(core: &PlanarCore, pose: &Pose<Planar>) -> Aabb<Planar> {
+        around(core.corners().iter().map(|p| pose.to_world(*p)))
     }
     fn size(core: &PlanarCore) -> f64 {
         core.corners().iter().fold(0.0, |m: f64, p| m.max(p.norm_squared())).sqrt()

@@ -140,7 +140,9 @@ impl<S: Geometry> SoftStep<S> {
         }
         self.made_for = bodies.standing();
         let count = bodies.len();
-        (self.start.clear(), self.after.clear(), self.record_of.clear());
+        self.start.clear();
+        self.after.clear();
+        self.record_of.clear();
         self.start.resize(count, Twist::default());
         self.after.resize(count, S::Spin::ZERO);
         self.record_of.resize(count, motion::NONE);
