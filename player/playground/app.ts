@@ -82,13 +82,15 @@ export class Playground {
 
   /** Opens what a link holds, or the first scene. */
   async open(read: () => Promise<Shared | undefined>): Promise<void> {
+    let wrong: unknown;
     try {
       const shared = await read();
-      if (shared) this.load(shared);
+      if (shared && !this.load(shared)) wrong = new Error(this.complaint.textContent ?? "");
     } catch (error) {
-      this.complain(error);
+      wrong = error;
     }
     if (!this.session) this.load({ name: TEXTS[0].name, text: TEXTS[0].text! });
+    if (wrong) this.complain(wrong);
   }
 
   /** Loads a scene; what is refused leaves the one that is there. Whether it was loaded. */
@@ -212,6 +214,7 @@ export class Playground {
       set: (settings) => this.set(settings),
       coefficients: (friction, restitution) => this.coefficients(friction, restitution),
     });
+    controls.showCoefficients(this.state.friction ?? null, this.state.restitution ?? null);
     const tabs = new Tabs([
       { name: "Controls", root: controls.root },
       { name: "Plots", root: plots.root, shown: () => plots.show() },

@@ -33,6 +33,7 @@ export class Controls {
   readonly root = element("div", { class: "controls" });
   friction: number | null = null;
   restitution: number | null = null;
+  private readonly coefficients: (() => void)[] = [];
   private readonly follow: ((settings: Settings, about: About) => void)[] = [];
 
   constructor(
@@ -50,6 +51,12 @@ export class Controls {
       this.named("impact", "law of impacts", LAWS, "the scheme's own"),
     );
     this.show(about);
+  }
+
+  /** Shows the coefficients that all bodies have; null is the scene's own. */
+  showCoefficients(friction: number | null, restitution: number | null): void {
+    [this.friction, this.restitution] = [friction, restitution];
+    for (const each of this.coefficients) each();
   }
 
   /** Shows the settings that the engine has. */
@@ -73,11 +80,18 @@ export class Controls {
       "data-control": name,
     });
     const told = element("output", {}, "scene's");
-    slider.addEventListener("input", () => {
-      const value = Number(slider.value) < 0 ? null : Number(slider.value);
-      this[name] = value;
+    const tell = (): void => {
+      const value = this[name];
       told.value = value === null ? "scene's" : figure(value, 3);
+    };
+    slider.addEventListener("input", () => {
+      this[name] = Number(slider.value) < 0 ? null : Number(slider.value);
+      tell();
       this.changes.coefficients(this.friction, this.restitution);
+    });
+    this.coefficients.push(() => {
+      slider.value = String(this[name] ?? slider.min);
+      tell();
     });
     return this.row(name, title, slider, told);
   }
