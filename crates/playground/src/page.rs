@@ -94,9 +94,7 @@ impl Page {
 }
 
 fn scenes() -> Value {
-    let told = |s: &carom_scenes::SceneInfo| {
-        json!({ "name": s.name, "space": s.space, "description": s.description, "duration": s.duration })
-    };
+    let told = |s: &carom_scenes::SceneInfo| json!({ "name": s.name, "space": s.space, "description": s.description, "duration": s.duration });
     carom_scenes::catalogue().iter().map(told).collect()
 }
 
@@ -130,8 +128,7 @@ fn boxed((world, about): (AnyWorld, About)) -> Box<dyn Run> {
 fn named(name: &str) -> Result<(AnyWorld, About), String> {
     let info = carom_scenes::catalogue().iter().find(|s| s.name == name);
     let info = info.ok_or_else(|| format!("no scene is called '{name}'"))?;
-    let about =
-        About { name: name.into(), description: info.description.into(), duration: info.duration };
+    let about = About { name: name.into(), description: info.description.into(), duration: info.duration };
     let world = if let Some(world) = carom_scenes::planar(name) {
         AnyWorld::Planar(Box::new(world.map_err(|e| e.to_string())?))
     } else {

@@ -61,7 +61,9 @@ pub fn add<S: Geometry>(
     let of = format!("body '{name}'");
     fields.called(of.clone());
     if fields.value("mesh").is_some() {
-        return Err(fields.wrong("mesh", "mesh files cannot be read here; write a tri_mesh or convex_hull shape"));
+        return Err(
+            fields.wrong("mesh", "mesh files cannot be read here; write a tri_mesh or convex_hull shape")
+        );
     }
     if fields.value("scatter").is_some() {
         return Err(fields.wrong("scatter", "cannot be drawn here; write the poses out, or give a snapshot"));
@@ -94,8 +96,9 @@ fn spec<S: Geometry>(fields: &mut Fields, materials: &Materials, of: &str) -> Re
     let material: Option<String> = fields.take("material")?;
     let (theirs, density) = match &material {
         None => ([None; 5], None),
-        Some(name) => *(materials.0.get(name))
-            .ok_or_else(|| fields.wrong("material", format!("unknown material '{name}'; add it to [materials]")))?,
+        Some(name) => *(materials.0.get(name)).ok_or_else(|| {
+            fields.wrong("material", format!("unknown material '{name}'; add it to [materials]"))
+        })?,
     };
     let own = coefficients(fields)?;
     let coefficient = |k: usize, default: f64| own[k].or(theirs[k]).unwrap_or(default);

@@ -20,12 +20,7 @@ pub struct Copy {
 ///
 /// # Errors
 /// When `repeat` is not what it must be; `of` begins the message.
-pub fn copies(
-    name: &str,
-    repeat: Option<Value>,
-    dimension: usize,
-    of: &str,
-) -> Result<Vec<Copy>, String> {
+pub fn copies(name: &str, repeat: Option<Value>, dimension: usize, of: &str) -> Result<Vec<Copy>, String> {
     let Some(repeat) = repeat else {
         return Ok(vec![Copy { name: name.into(), displacement: vec![0.0; dimension] }]);
     };
@@ -43,7 +38,10 @@ pub fn copies(
     }
     let all = count.iter().try_fold(1_usize, |n, &c| n.checked_mul(c)).unwrap_or(usize::MAX);
     if all == 0 || all > MOST_BODIES || (pyramid && count.len() < 2) {
-        return Err(fields.wrong("count", format!("makes {all} bodies; keep 1 to {MOST_BODIES}, and two counts for a pyramid")));
+        return Err(fields.wrong(
+            "count",
+            format!("makes {all} bodies; keep 1 to {MOST_BODIES}, and two counts for a pyramid"),
+        ));
     }
     fields.finish()?;
     let mut found = Vec::new();

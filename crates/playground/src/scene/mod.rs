@@ -90,7 +90,10 @@ fn build<S: Geometry>(mut scene: Fields, given: &Map<String, Value>) -> Result<W
     for (number, value) in bodies.into_iter().enumerate() {
         body::add(&mut world, number, value, &materials)?;
         if world.bodies().len() > copies::MOST_BODIES {
-            return Err(format!("scene of more than {} bodies; lower the counts of repeat", copies::MOST_BODIES));
+            return Err(format!(
+                "scene of more than {} bodies; lower the counts of repeat",
+                copies::MOST_BODIES
+            ));
         }
     }
     for (number, value) in joints.into_iter().enumerate() {

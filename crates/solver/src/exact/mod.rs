@@ -48,6 +48,7 @@ use crate::friction_problem::{FrictionProblem, Measure, measure, measured_in, pr
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::impulse_solver::{Content, ImpulseChoice};
 use crate::methods::lemke::Lemke;
+use crate::stopwatch::Stopwatch;
 use crate::watch::{Progress, Watch, unwatched};
 use analyses::Analyses;
 use at_once::at_once;
@@ -59,7 +60,6 @@ use memory::Memory;
 use path::follow;
 use proximal::proximal;
 use stage::{Solve, StageEnd};
-use crate::stopwatch::Stopwatch;
 use sweeps::Ended;
 
 /// The exact solver for problems in matrix form.

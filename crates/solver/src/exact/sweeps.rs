@@ -124,7 +124,11 @@ impl Decay {
         let (n, span) = (self.changes.len(), 4.min(self.changes.len() - 1));
         let fall = self.changes[n - 1] / self.changes[n - 1 - span];
         let rate = libm::pow(fall, 1.0 / span.max(1) as f64);
-        if rate < 1.0 { (libm::log(tolerance / self.error()) / libm::log(rate)).max(0.0) } else { f64::INFINITY }
+        if rate < 1.0 {
+            (libm::log(tolerance / self.error()) / libm::log(rate)).max(0.0)
+        } else {
+            f64::INFINITY
+        }
     }
 }
 

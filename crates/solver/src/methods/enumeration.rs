@@ -13,9 +13,9 @@ use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, Impulses};
 use crate::residual::residual_of;
+use crate::stopwatch::Stopwatch;
 use crate::watch::Watch;
 use carom_math::Space;
-use crate::stopwatch::Stopwatch;
 
 /// Most combinations tried: seven planar contacts with friction, fourteen without.
 pub const LARGEST: usize = 1 << 14;

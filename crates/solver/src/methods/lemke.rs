@@ -14,9 +14,9 @@ use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, FrictionLaw, Impulses};
 use crate::residual::residual_of;
+use crate::stopwatch::Stopwatch;
 use crate::watch::Watch;
 use carom_math::Space;
-use crate::stopwatch::Stopwatch;
 
 /// Unknowns beyond which the dense tableau is refused: 2,000 need 64 MB and seconds.
 const LARGEST: usize = 2000;

@@ -11,10 +11,10 @@ use crate::exact::sweeps::{locals, sweep, velocities};
 use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::methods::first_order::{Budget, End, FirstOrder, Memory, Method, Point};
+use crate::stopwatch::Stopwatch;
 use crate::watch::Watch;
 use std::cell::RefCell;
 use std::marker::PhantomData;
-use crate::stopwatch::Stopwatch;
 
 /// A first-order method on matrices.
 #[derive(Clone, Debug, Default)]
