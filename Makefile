@@ -9,7 +9,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-player check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
+.PHONY: bench-instructions help demo test test-player check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings, replay pages and plots to out/"
@@ -22,6 +22,7 @@ help:
 	@echo "make bench-player     how long the page of 1,000 bodies takes to load, and frames per second when scrubbed"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
 	@echo "make bench-collide    what finding contacts costs, phase by phase"
+	@echo "make bench-instructions [CHECK=1]    instructions of the hot kernels, beside the table's; needs valgrind"
 	@echo "make bench-peers [SCENES=..] [ENGINES=..] [THREADS=1,2]    carom, Box2D, Box3D, Rapier, Jolt, MuJoCo and pymunk in one run; long"
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
 	@echo "make heaps   boxes and hulls in a bin, 1000 bodies poured, a Kapla tower for 600 s: energy, overlap, books, cost; long"
@@ -142,6 +143,13 @@ bench-collide:
 	$(CARGO) bench --quiet --locked --package carom-geometry --bench pairs
 	$(CARGO) run --quiet --release --locked --package carom-scenes --bin collide
 
+# instructions of the hot kernels beside those of the table, by valgrind: minutes, and no matter how busy the machine is;
+# CHECK=1 leaves the table and fails where a kernel takes a twentieth more
+CHECK ?=
+bench-instructions:
+	$(CARGO) build --quiet --release --locked --package carom-scenes --bin instructions
+	$(PYTHON) tools/count_instructions.py target/release/instructions $(BENCH)/results/instructions.csv $(if $(CHECK),--check)
+
 # rolling, bouncing, cubes of balls: minutes; STEPS=1e-4,1e-3 asks for other step lengths, TASKS=666,bouncing for some
 # tasks alone, SCHEMES=events,events_within_the_step,fixed_step for some ways. It ends with 1 when a run with events misses a demand, and writes its results all the same;
 # rows of other runs stay.
@@ -250,7 +258,7 @@ look-at-site: $(VENV)/package
 	$(BIN)/python tools/look_at_site.py site docs/screenshots
 
 wheel: $(VENV)/tools
-	$(BIN)/maturin build --release --locked --out dist
+	$(BIN)/maturin build --profile dist --locked --out dist
 
 clean:
 	rm -rf target out dist site docs/_made docs/gallery/made player/node_modules player/dist player/dist-playground player/tests/out $(VENV) \

@@ -41,10 +41,10 @@ export class App {
     const body = new BodyPanel(replay, this.clock, this.selection);
     const certificate = new CertificatePanel(this.replays, this.clock, this.selection);
     this.tabs = new Tabs([
-      { name: "Plots", root: this.plots.root },
+      { name: "Plots", root: this.plots.root, shown: () => this.plots.showTime() },
       { name: "Body", root: body.root, shown: () => body.show() },
       { name: "Matrix", root: this.matrix.root, shown: () => this.matrix.show() },
-      { name: "Certificate", root: certificate.root },
+      { name: "Certificate", root: certificate.root, shown: () => certificate.show() },
     ]);
     const header = element("header");
     host.append(header, place, transport.root, this.tabs.root);
@@ -68,6 +68,7 @@ export class App {
   seek(time: number): void {
     this.clock.pause();
     this.clock.seek(time);
+    this.tabs.refresh();
     this.view.stage.drawFull();
   }
 

@@ -211,6 +211,11 @@ withPage("two runs are shown as ghosts, side by side and alone", "two.html", {},
     await page.locator("header select").selectOption(how);
     await settled(page);
     assert.ok((await coloursOfScene(page)) >= 5, how);
+    const stands = await page.evaluate(() => {
+      const { bodies, other } = window.carom.view;
+      return [bodies, other].map(({ obstacles }) => obstacles.children.length > 0);
+    });
+    assert.deepEqual(stands, [true, true], "both runs have their floor");
   }
 });
 
@@ -225,6 +230,73 @@ withPage(
     assert.ok((await coloursOfScene(page)) >= 6);
   },
 );
+
+withPage(
+  "10,000 bodies are drawn, roughly while time moves and in full when it stops",
+  "many.html",
+  {},
+  async (page) => {
+    const state = () =>
+      page.evaluate(() => {
+        const { stage, bodies } = window.carom.view;
+        const corners = bodies.batches.map(({ fill }) => fill?.geometry.getAttribute("position").count ?? 0);
+        return { coarse: stage.coarse, corners: Math.max(...corners), width: stage.canvas.width };
+      });
+    await page.evaluate(async () => {
+      for (let frame = 1; frame < 4; frame++) {
+        window.carom.clock.show(frame);
+        await new Promise((done) => requestAnimationFrame(done));
+      }
+    });
+    const moving = await state();
+    assert.ok(moving.coarse, "coarse while time moves");
+    await page.waitForFunction(() => !window.carom.view.stage.coarse, null, { timeout: 30_000 });
+    const still = await state();
+    assert.ok(still.corners > moving.corners, `${still.corners} corners, ${moving.corners} while time moves`);
+    assert.ok(still.width > moving.width);
+    assert.ok((await coloursOfScene(page)) >= 6);
+  },
+);
+
+test("on a phone two fingers zoom and one scrubs", async () => {
+  const phone = {
+    viewport: { width: 390, height: 844 },
+    hasTouch: true,
+    isMobile: true,
+    deviceScaleFactor: 2,
+  };
+  const device = await Browser.start(phone);
+  try {
+    const page = await device.open(`${OUT}space.html`, { width: 390, height: 844 });
+    const session = await page.context().newCDPSession(page);
+    const touch = async (type, ...points) => {
+      await session.send("Input.dispatchTouchEvent", {
+        type,
+        touchPoints: points.map(([x, y], id) => ({ x, y, id })),
+      });
+      await settled(page);
+    };
+    const scene = await page.locator(".scene canvas").boundingBox();
+    const [x, y] = [scene.x + scene.width / 2, scene.y + scene.height / 2];
+    const scale = () => page.evaluate(() => window.carom.view.stage.scale());
+    const before = await scale();
+    await touch("touchStart", [x - 30, y], [x + 30, y]);
+    for (const half of [45, 60, 75, 90]) await touch("touchMove", [x - half, y], [x + half, y]);
+    await touch("touchEnd");
+    assert.ok((await scale()) < 0.7 * before, "the scene is nearer");
+    assert.equal(await page.evaluate(() => window.visualViewport.scale), 1, "the page itself has not grown");
+    const slider = await page.locator(".scrubber").boundingBox();
+    const middle = slider.y + slider.height / 2;
+    await touch("touchStart", [slider.x + 8, middle]);
+    for (const share of [0.2, 0.4, 0.6]) await touch("touchMove", [slider.x + share * slider.width, middle]);
+    await touch("touchEnd");
+    const [frame, frames] = await page.evaluate(() => [window.carom.clock.frame, window.carom.clock.frames]);
+    assert.ok(Math.abs(frame / frames - 0.6) < 0.1, `frame ${frame} of ${frames}`);
+    assert.deepEqual(page.complaints, []);
+  } finally {
+    await device.close();
+  }
+});
 
 test("a notebook's frame shows the replay", async () => {
   const page = await browser.context.newPage();

@@ -1,6 +1,7 @@
-"""Pages for the tests in a browser: small runs of the plane and of space, two runs side by side, hostile names.
+"""Pages for the tests in a browser: small runs of the plane and of space, two runs side by side, hostile
+names, many bodies.
 
-With --large: a run of 1,000 bodies and 600 frames, for the benchmark.
+With --large: a run of 1,000 bodies and 600 frames, and the one of 10,000, for the benchmark.
 """
 
 from __future__ import annotations
@@ -113,6 +114,18 @@ def hostile() -> Any:
     return world
 
 
+def rain() -> Any:
+    """10,000 balls and boxes over the ground."""
+    world = spatial.World(dt=1 / 60)
+    world.scheme = "soft_step"
+    world.add_static("floor", spatial.HalfSpace(), friction=0.5)
+    for i in range(10_000):
+        shape = spatial.Box(0.4, 0.3, 0.2) if i % 2 else spatial.Sphere(0.2)
+        where = (0.5 * (i % 25), 0.5 * (i // 25 % 20), 0.3 + 0.5 * (i // 500))
+        world.add_body(f"body{i}", shape, density=500.0, position=where, friction=0.4)
+    return world
+
+
 def small(folder: Path) -> None:
     """The pages of the tests."""
     run = stack().run(1.5, every=4)
@@ -127,8 +140,14 @@ def small(folder: Path) -> None:
     )
 
 
+def many(folder: Path) -> None:
+    """10,000 bodies, 21 frames, for the tests and the benchmark."""
+    rain().run(20 / 60).to_html(folder / "many.html", explain_seconds=0.0)
+
+
 def large(folder: Path) -> None:
-    """1,000 bodies, 600 frames, all of them in contact at the end."""
+    """1,000 bodies, 600 frames, all of them in contact at the end; and a page to warm the browser up."""
+    drop().run(0.2, every=4).to_html(folder / "warm.html")
     world = load_scene("pile").build()
     world.scheme = "soft_step"
     run = world.run(10.0, dt=1 / 60)
@@ -140,6 +159,7 @@ if __name__ == "__main__":
     warnings.simplefilter("ignore")
     target = Path(sys.argv[1])
     target.mkdir(parents=True, exist_ok=True)
+    many(target)
     if "--large" in sys.argv:
         large(target)
     else:

@@ -44,8 +44,8 @@ def stack(name: str = "box") -> planar.World:
 
 def tables_of(text: str) -> list[dict[str, Any]]:
     """Tables of contents of the runs in a page."""
-    found = re.findall(r'<script type="application/carom-run">([A-Za-z0-9+/=]+)</script>', text)
-    blocks = [gzip.decompress(base64.b64decode(each)) for each in found]
+    found = re.findall(r'<script type="application/carom-run">([A-Za-z0-9+/=.]+)</script>', text)
+    blocks = [b"".join(gzip.decompress(base64.b64decode(part)) for part in each.split(".")) for each in found]
     return [json.loads(block[4 : 4 + struct.unpack("<I", block[:4])[0]]) for block in blocks]
 
 

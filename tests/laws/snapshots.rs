@@ -2,7 +2,7 @@
 
 use crate::determinism::heap;
 use crate::harness::*;
-use carom::{BuildError, Planar, Settings, Spatial, World, Wrench};
+use carom::{BodySpec, BuildError, Column, Planar, Scheme, Settings, Spatial, World, Wrench};
 
 in_plane_and_space!(
     a_run_continued_from_a_snapshot_equals_the_uninterrupted_run,
@@ -10,6 +10,7 @@ in_plane_and_space!(
     a_snapshot_keeps_forces_that_wait_for_the_next_step,
     a_snapshot_names_the_force_fields_that_it_cannot_hold,
     a_damaged_snapshot_is_refused,
+    what_is_written_to_bodies_that_stand_is_seen,
 );
 
 fn restored<S: Dimension>(text: &str) -> World<S> {
@@ -88,4 +89,33 @@ pub fn a_damaged_snapshot_is_refused<S: Dimension>() {
 fn a_snapshot_of_the_other_space_is_refused() {
     let text = heap::<Planar>(Settings::default()).snapshot();
     assert!(World::<Spatial>::from_snapshot(&text).is_err());
+}
+
+/// Steps keep what they know of bodies that stand while nobody writes to them. A world that was written to goes on like its
+/// copy, which knows nothing: after a fixed body was moved, changed, put in another's place, or wrongly set in motion.
+pub fn what_is_written_to_bodies_that_stand_is_seen<S: Dimension>() {
+    for scheme in [Scheme::FixedStep, Scheme::Events, Scheme::SoftStep] {
+        let mut w = heap::<S>(Settings { scheme, ..Settings::default() });
+        let shelf = || BodySpec::fixed(S::block(0.8, 0.2)).friction(0.1);
+        let first = add(&mut w, "shelf", shelf().at(S::at(0.4, 0.25)));
+        settle(&mut w, 0.3);
+        let goes_on = |w: &mut World<S>, what: &str| {
+            let mut copy = restored::<S>(&w.snapshot());
+            settle(w, 0.1);
+            settle(&mut copy, 0.1);
+            assert_eq!(bits(w), bits(&copy), "{scheme:?}: {what}");
+        };
+        w.motion_mut().position[first] += S::at(-0.02, -0.05);
+        goes_on(&mut w, "moved");
+        w.bodies_mut().data[first].friction = 0.9;
+        goes_on(&mut w, "rougher");
+        w.motion_mut().velocity[first] = S::at(1.0, 0.0);
+        assert!(w.step(1e-3).is_err(), "fixed bodies do not move");
+        w.motion_mut().velocity[first] = S::Vector::ZERO;
+        w.motion_mut().position[first] += S::at(0.01, -0.02);
+        goes_on(&mut w, "moved after a step was refused");
+        w.remove("shelf").expect("is there");
+        add(&mut w, "other shelf", shelf().at(S::at(-0.3, 0.1)));
+        goes_on(&mut w, "another in its place");
+    }
 }

@@ -1,7 +1,7 @@
 //! Broad phase: every pair of boxes that overlap and may touch, sorted. Most boxes that move are of about one size: they
-//! are swept in rows. Larger ones go into a tree that is built anew, those that stand into one that is kept while they
-//! stand as they do. Boxes without bounds are held against all others. What is kept saves work and decides nothing: the
-//! pairs depend on the arguments alone. Knows no shapes.
+//! are swept in rows. Larger ones go into a tree that is built anew, those that nothing moves into one that is kept while
+//! they are as they were; who says which boxes stand pays nothing for them. Boxes without bounds are held against all
+//! others. What is kept saves work and decides nothing: the pairs depend on the boxes alone. Knows no shapes.
 
 use crate::geometry::Aabb;
 use crate::rows::{Rows, fits};
@@ -19,9 +19,15 @@ pub struct BroadPhase<S: Space> {
     /// Movable boxes in a tree.
     others: Group<S>,
     /// Boxes that stand.
-    fixed: Group<S>,
+    standing: Group<S>,
+    /// Boxes that nothing moves, but that are not said to stand.
+    driven: Group<S>,
+    /// Movable boxes with bounds.
     bounded: Vec<u32>,
-    unbounded: Vec<u32>,
+    /// Boxes without bounds that stand, and the others.
+    unbounded: [Vec<u32>; 2],
+    /// Every box, for who does not say which stand.
+    every: Vec<u32>,
     found: Found,
 }
 
@@ -40,9 +46,11 @@ impl<S: Space> Default for BroadPhase<S> {
             rows: Rows::default(),
             alike: Vec::new(),
             others: group(),
-            fixed: group(),
+            standing: group(),
+            driven: group(),
             bounded: Vec::new(),
-            unbounded: Vec::new(),
+            unbounded: Default::default(),
+            every: Vec::new(),
             found: Found::default(),
         }
     }
@@ -75,9 +83,41 @@ impl<S: Space> BroadPhase<S> {
         movable: &[bool],
         may_pair: &dyn Fn(usize, usize) -> bool,
     ) -> &[(u32, u32)] {
+        let mut every = std::mem::take(&mut self.every);
+        every.clear();
+        every.extend(0..bounds.len() as u32);
+        self.search(bounds, movable, (&every, false), may_pair);
+        self.every = every;
+        &self.found.pairs
+    }
+
+    /// The same where only some boxes may have changed since the update before, for work that goes with their number.
+    /// `others` are they, ascending; all not among them are not movable. `as_before` says that those stand as they did
+    /// in the update before, which was told the same `others`; it decides nothing but the work.
+    pub fn update_some(
+        &mut self,
+        bounds: &[Aabb<S>],
+        movable: &[bool],
+        (others, as_before): (&[u32], bool),
+        may_pair: &dyn Fn(usize, usize) -> bool,
+    ) -> &[(u32, u32)] {
+        self.search(bounds, movable, (others, as_before), may_pair);
+        &self.found.pairs
+    }
+
+    fn search(
+        &mut self,
+        bounds: &[Aabb<S>],
+        movable: &[bool],
+        (others, as_before): (&[u32], bool),
+        may_pair: &dyn Fn(usize, usize) -> bool,
+    ) {
         debug_assert_eq!(bounds.len(), movable.len());
         self.found.pairs.clear();
-        self.part(bounds, movable);
+        if !as_before {
+            self.stand(bounds, others);
+        }
+        self.part(bounds, movable, others);
         let size = self.sizes.choose(self.bounded.iter().map(|&i| bounds[i as usize]));
         self.alike.clear();
         self.others.members.clear();
@@ -95,31 +135,47 @@ impl<S: Space> BroadPhase<S> {
         }
         self.by_trees(bounds, may_pair);
         self.by_all(bounds, movable, may_pair);
-        self.found.sorted(bounds.len())
+        self.found.sort(bounds.len());
     }
 
-    /// Sorts boxes by whether they move and whether they have bounds.
-    fn part(&mut self, bounds: &[Aabb<S>], movable: &[bool]) {
-        for list in [&mut self.bounded, &mut self.unbounded, &mut self.fixed.members] {
+    /// Arranges the boxes that stand: all but the others, which ascend.
+    fn stand(&mut self, bounds: &[Aabb<S>], others: &[u32]) {
+        self.standing.members.clear();
+        self.unbounded[0].clear();
+        let mut others = others.iter().peekable();
+        for (i, b) in bounds.iter().enumerate() {
+            if others.next_if(|k| **k == i as u32).is_some() {
+                continue;
+            }
+            let list = if b.is_finite() { &mut self.standing.members } else { &mut self.unbounded[0] };
+            list.push(i as u32);
+        }
+        self.standing.arrange(bounds);
+    }
+
+    /// Sorts boxes that do not stand by whether they move and whether they have bounds.
+    fn part(&mut self, bounds: &[Aabb<S>], movable: &[bool], others: &[u32]) {
+        for list in [&mut self.bounded, &mut self.unbounded[1], &mut self.driven.members] {
             list.clear();
         }
-        for (i, b) in bounds.iter().enumerate() {
-            let list = match (b.is_finite(), movable[i]) {
-                (false, _) => &mut self.unbounded,
+        for &i in others {
+            let list = match (bounds[i as usize].is_finite(), movable[i as usize]) {
+                (false, _) => &mut self.unbounded[1],
                 (true, true) => &mut self.bounded,
-                (true, false) => &mut self.fixed.members,
+                (true, false) => &mut self.driven.members,
             };
-            list.push(i as u32);
+            list.push(i);
         }
     }
 
     /// What moves against what stands, and everything that moves against what is in the tree of others.
     fn by_trees(&mut self, bounds: &[Aabb<S>], may_pair: &dyn Fn(usize, usize) -> bool) {
         self.others.arrange(bounds);
-        self.fixed.arrange(bounds);
+        self.driven.arrange(bounds);
         let found = &mut self.found;
         for &i in &self.bounded {
-            self.fixed.overlapping(&bounds[i as usize], |j| found.offer(i, j, may_pair));
+            self.standing.overlapping(&bounds[i as usize], |j| found.offer(i, j, may_pair));
+            self.driven.overlapping(&bounds[i as usize], |j| found.offer(i, j, may_pair));
         }
         if self.others.members.is_empty() {
             return;
@@ -137,12 +193,32 @@ impl<S: Space> BroadPhase<S> {
         }
     }
 
-    /// Boxes without bounds against all others.
+    /// Boxes without bounds against all others that may move against them.
     fn by_all(&mut self, bounds: &[Aabb<S>], movable: &[bool], may_pair: &dyn Fn(usize, usize) -> bool) {
-        for (k, &i) in self.unbounded.iter().enumerate() {
-            for &j in self.bounded.iter().chain(&self.fixed.members).chain(&self.unbounded[k + 1..]) {
-                let moves = movable[i as usize] || movable[j as usize];
-                if moves && bounds[i as usize].overlaps(&bounds[j as usize]) {
+        let [stand, others] = &self.unbounded;
+        let found = &mut self.found;
+        let mut look = |i: u32, list: &[u32]| {
+            for &j in list {
+                if bounds[i as usize].overlaps(&bounds[j as usize]) {
+                    found.offer(i, j, may_pair);
+                }
+            }
+        };
+        for &i in stand {
+            look(i, &self.bounded);
+        }
+        for &i in others {
+            look(i, &self.bounded);
+            if movable[i as usize] {
+                look(i, &self.driven.members);
+                look(i, &self.standing.members);
+            }
+        }
+        for (k, &i) in others.iter().enumerate() {
+            for &j in others[k + 1..].iter().chain(stand) {
+                if (movable[i as usize] || movable[j as usize])
+                    && bounds[i as usize].overlaps(&bounds[j as usize])
+                {
                     self.found.offer(i, j, may_pair);
                 }
             }
@@ -168,8 +244,13 @@ impl Found {
             self.pairs.push((i, j));
         }
     }
-    /// The pairs in lexicographic order: counted by their first box, the few of each sorted by their second.
-    fn sorted(&mut self, boxes: usize) -> &[(u32, u32)] {
+    /// Puts the pairs in lexicographic order: counted by their first box, the few of each sorted by their second. A few
+    /// among many boxes are sorted as they are.
+    fn sort(&mut self, boxes: usize) {
+        if 8 * self.pairs.len() < boxes {
+            self.pairs.sort_unstable();
+            return;
+        }
         self.starts.clear();
         self.starts.resize(boxes + 1, 0);
         for &(i, _) in &self.pairs {
@@ -194,6 +275,5 @@ impl Found {
                 self.pairs[k] = (i as u32, self.seconds[k]);
             }
         }
-        &self.pairs
     }
 }

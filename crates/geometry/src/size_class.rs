@@ -30,7 +30,7 @@ pub struct SizeClass {
 impl SizeClass {
     /// Largest size \[m\] of the boxes that should go into rows; 0 when none should.
     pub fn choose<S: Space>(&mut self, boxes: impl Iterator<Item = Aabb<S>>) -> f64 {
-        self.bins.clear();
+        // all are empty between updates
         self.bins.resize(1 << (63 - SHIFT), Bin::default());
         let (mut low, mut high, mut all) = (self.bins.len(), 0, 0.0);
         for b in boxes {
@@ -55,6 +55,7 @@ impl SizeClass {
                 best = (cost, bin.size);
             }
         }
+        self.bins[low.min(high)..high].fill(Bin::default());
         best.1
     }
 }

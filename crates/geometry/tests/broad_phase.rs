@@ -202,3 +202,32 @@ fn boxes_that_only_touch_are_pairs() {
     counts_touching::<Planar>();
     counts_touching::<Spatial>();
 }
+
+/// Told which boxes stand, and that they stand as before, it finds the same pairs as when it looks at all of them.
+fn standing_boxes_cost_no_look_and_no_pair<S: Space>() {
+    let mut random = Random::new(91);
+    for round in 0..20 {
+        let count = [3, 40, 300][round % 3];
+        let mut bounds = boxes::<S>(&mut random, count);
+        let movable: Vec<bool> = (0..count).map(|_| random.unit() < 0.3).collect();
+        // some that nothing moves are not said to stand
+        let others: Vec<u32> =
+            (0..count as u32).filter(|i| movable[*i as usize] || random.unit() < 0.1).collect();
+        let may_pair = |i: usize, j: usize| !(i + 2 * j).is_multiple_of(7);
+        let mut phase = BroadPhase::<S>::new();
+        for step in 0..4 {
+            let told = phase.update_some(&bounds, &movable, (&others, step > 0), &may_pair);
+            assert_eq!(told, all_pairs(&bounds, &movable, &may_pair), "round {round}, step {step}");
+            let fresh = boxes::<S>(&mut random, count);
+            for i in others.iter().map(|i| *i as usize) {
+                bounds[i] = fresh[i];
+            }
+        }
+    }
+}
+
+#[test]
+fn what_stands_is_found_without_being_looked_at() {
+    standing_boxes_cost_no_look_and_no_pair::<Planar>();
+    standing_boxes_cost_no_look_and_no_pair::<Spatial>();
+}

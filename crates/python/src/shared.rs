@@ -29,8 +29,8 @@ impl<S: Geometry> Held<S> {
     }
     /// Puts the viewed memory aside and gives the world a copy to work on.
     fn set_aside(&mut self) {
-        std::mem::swap(&mut self.world.bodies_mut().motion, &mut self.aside);
-        self.world.bodies_mut().motion.copy_from(&self.aside);
+        std::mem::swap(self.world.motion_mut(), &mut self.aside);
+        self.world.motion_mut().copy_from(&self.aside);
     }
     /// Writes the world's motion into the viewed memory and gives that back to the world.
     fn take_back(&mut self) {
@@ -40,7 +40,7 @@ impl<S: Geometry> Held<S> {
         self.aside.rotation.copy_from_slice(&made.rotation);
         self.aside.velocity.copy_from_slice(&made.velocity);
         self.aside.angular_velocity.copy_from_slice(&made.angular_velocity);
-        std::mem::swap(&mut self.world.bodies_mut().motion, &mut self.aside);
+        std::mem::swap(self.world.motion_mut(), &mut self.aside);
     }
 }
 

@@ -24,6 +24,15 @@ pub struct Motion<S: Space> {
 }
 
 impl<S: Space> Motion<S> {
+    /// Copies the numbers of some bodies of another motion of the same bodies.
+    pub(crate) fn copy_some(&mut self, other: &Motion<S>, some: &[u32]) {
+        for i in some.iter().map(|i| *i as usize) {
+            self.position[i] = other.position[i];
+            self.rotation[i] = other.rotation[i];
+            self.velocity[i] = other.velocity[i];
+            self.angular_velocity[i] = other.angular_velocity[i];
+        }
+    }
     /// Copies the numbers of another motion of the same bodies without moving this one's memory.
     pub fn copy_from(&mut self, other: &Motion<S>) {
         self.position.clone_from(&other.position);
@@ -109,6 +118,41 @@ pub struct Bodies<S: Geometry> {
     pub joints: Joints<S>,
     index: BTreeMap<String, usize>,
     serials: u64,
+    roles: Roles,
+}
+
+/// Who moves, so that a step looks at no others.
+#[derive(Clone, Default)]
+struct Roles {
+    /// Bodies that impulses move, ascending.
+    dynamic: Vec<u32>,
+    /// All bodies but fixed ones, ascending.
+    movers: Vec<u32>,
+    /// Counts what the fixed bodies were like; one number, one state of them.
+    number: u64,
+    /// The fixed bodies are as they were when they got their number.
+    is_sure: bool,
+}
+
+impl Roles {
+    fn of<S: Geometry>(data: &[BodyData<S>], number: u64) -> Self {
+        let with = |fits: &dyn Fn(BodyKind) -> bool| {
+            (0..data.len()).filter(|i| fits(data[*i].kind)).map(|i| i as u32).collect()
+        };
+        let (dynamic, movers) =
+            (with(&|kind| kind == BodyKind::Dynamic), with(&|kind| kind != BodyKind::Fixed));
+        Roles { dynamic, movers, number, is_sure: false }
+    }
+    /// Takes in a body after all others.
+    fn add(&mut self, i: u32, kind: BodyKind) {
+        self.is_sure = false;
+        if kind == BodyKind::Dynamic {
+            self.dynamic.push(i);
+        }
+        if kind != BodyKind::Fixed {
+            self.movers.push(i);
+        }
+    }
 }
 
 impl<S: Geometry> Bodies<S> {
@@ -127,6 +171,46 @@ impl<S: Geometry> Bodies<S> {
     /// True for bodies that impulses move.
     pub fn is_dynamic(&self, i: usize) -> bool {
         self.data[i].kind == BodyKind::Dynamic
+    }
+    /// Indices of the bodies that impulses move, ascending.
+    pub fn dynamic(&self) -> impl Iterator<Item = usize> + '_ {
+        self.roles.dynamic.iter().map(|i| *i as usize)
+    }
+    /// Indices of all bodies but fixed ones, ascending.
+    pub fn movers(&self) -> &[u32] {
+        &self.roles.movers
+    }
+    /// The number of what the fixed bodies are like: where it is the same, they are. `None` where somebody may have
+    /// written to them.
+    pub(crate) fn standing(&self) -> Option<u64> {
+        self.roles.is_sure.then_some(self.roles.number)
+    }
+    /// Says that the fixed bodies are as they were, or gives them another number.
+    pub(crate) fn trust(&mut self, as_before: bool) {
+        self.roles.is_sure = true;
+        self.roles.number += u64::from(!as_before);
+    }
+    /// Somebody may have written to the fixed bodies.
+    pub(crate) fn distrust(&mut self) {
+        self.roles.is_sure = false;
+    }
+    /// Finds anew who moves.
+    pub(crate) fn find_roles(&mut self) {
+        self.roles = Roles::of(&self.data, self.roles.number);
+    }
+    /// True where the fixed bodies have the same numbers in another motion.
+    pub(crate) fn stand_as_in(&self, other: &Motion<S>) -> bool {
+        let m = &self.motion;
+        if other.position.len() != m.position.len() {
+            return false;
+        }
+        let same = |i: usize| {
+            m.position[i] == other.position[i]
+                && m.rotation[i] == other.rotation[i]
+                && m.velocity[i] == other.velocity[i]
+                && m.angular_velocity[i] == other.angular_velocity[i]
+        };
+        (0..self.len()).all(|i| self.data[i].kind != BodyKind::Fixed || same(i))
     }
     /// Inverse mass and inverse inertia in world axes at the present orientation.
     pub fn inverse_mass(&self, i: usize) -> InverseMass<S> {
@@ -190,7 +274,7 @@ impl<S: Geometry> Bodies<S> {
             None => None,
         };
         let mass_properties = mass_of(name, &spec)?;
-        let dynamic = spec.kind == BodyKind::Dynamic;
+        let (kind, dynamic) = (spec.kind, spec.kind == BodyKind::Dynamic);
         let turns = dynamic && spec.can_rotate && mass_properties.inertia != S::Inertia::ZERO;
         let inverse_inertia = if turns { mass_properties.inertia.inverse() } else { Some(S::Inertia::ZERO) };
         let inverse_inertia = inverse_inertia.ok_or_else(|| {
@@ -233,6 +317,7 @@ impl<S: Geometry> Bodies<S> {
         self.motion.rotation.push(rotation);
         self.motion.velocity.push(spec.velocity);
         self.motion.angular_velocity.push(spec.angular_velocity);
+        self.roles.add(self.names.len() as u32, kind);
         self.index.insert(name.into(), self.names.len());
         self.names.push(name.into());
         Ok(self.names.len() - 1)
@@ -241,9 +326,11 @@ impl<S: Geometry> Bodies<S> {
     /// Some of the bodies, ascending, without names and shapes as stated: what a step needs of them.
     pub(crate) fn some(&self, indices: &[usize]) -> Bodies<S> {
         let m = &self.motion;
-        let data = indices.iter().map(|&i| BodyData { shape: None, ..self.data[i].clone() });
+        let data: Vec<_> =
+            indices.iter().map(|&i| BodyData { shape: None, ..self.data[i].clone() }).collect();
         Bodies {
-            data: data.collect(),
+            roles: Roles::of(&data, 0),
+            data,
             motion: Motion {
                 position: indices.iter().map(|&i| m.position[i]).collect(),
                 rotation: indices.iter().map(|&i| m.rotation[i]).collect(),
@@ -276,6 +363,7 @@ impl<S: Geometry> Bodies<S> {
         self.motion.rotation.remove(i);
         self.motion.velocity.remove(i);
         self.motion.angular_velocity.remove(i);
+        self.find_roles();
         self.index = self.names.iter().cloned().enumerate().map(|(k, n)| (n, k)).collect();
         Ok(())
     }

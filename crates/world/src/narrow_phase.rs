@@ -2,6 +2,7 @@
 //! what a contact means for the motion is the scheme's matter.
 
 use crate::bodies::Bodies;
+use crate::body::BodyKind;
 use crate::material::{MaterialPair, Mixing};
 use crate::settings::{Scheme, Settings};
 use crate::stepping::soft_step::AGAIN;
@@ -39,10 +40,15 @@ pub struct Touch<S: Space> {
 /// Appends the contacts of a pair (a, b) of bodies if it knows them.
 pub type Known<'a, S> = dyn FnMut(usize, usize, &mut Vec<Touch<S>>) -> bool + 'a;
 
-/// Finds contacts; holds memory and the broad phase's order, nothing that changes an answer.
+/// Finds contacts; holds memory, the broad phase's order and the boxes of bodies that stand, nothing that changes an
+/// answer.
 #[derive(Default)]
 pub struct NarrowPhase<S: Geometry> {
     broad: BroadPhase<S>,
+    /// For which standing bodies and which margin the boxes of those that stand were made.
+    made_for: Option<(u64, Option<f64>)>,
+    /// Places in the columns of bodies that may move.
+    moving: Vec<u32>,
     bounds: Vec<Aabb<S>>,
     margins: Vec<f64>,
     poses: Vec<Pose<S>>,
@@ -70,7 +76,7 @@ impl<S: Geometry> NarrowPhase<S> {
         out: &mut Vec<Touch<S>>,
     ) {
         out.clear();
-        self.prepare(bodies, settings, dt);
+        let as_before = self.prepare(bodies, settings, dt);
         let data = &bodies.data;
         let indices = &self.indices;
         let may_pair = |i: usize, j: usize| {
@@ -79,16 +85,20 @@ impl<S: Geometry> NarrowPhase<S> {
             let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;
             moves && groups && !bodies.joints.keeps_apart(indices[i], indices[j])
         };
-        let mut pairs = self.broad.update(&self.bounds, &self.movable, &may_pair);
+        let others = (self.moving.as_slice(), as_before);
+        let mut pairs = self.broad.update_some(&self.bounds, &self.movable, others, &may_pair);
         if settings.contact_margin.is_none()
-            && share_speeds(pairs, &self.movable, &mut self.speeds, &mut self.own)
+            && share_speeds(pairs, &self.movable, &mut self.speeds, &self.own)
         {
-            for (k, &i) in indices.iter().enumerate().filter(|(k, _)| self.speeds[*k] != self.own[*k]) {
+            let faster = |k: &&u32| self.speeds[**k as usize] != self.own[**k as usize];
+            for k in self.moving.iter().filter(faster).map(|k| *k as usize) {
+                let i = indices[k];
                 self.margins[k] = reach(bodies, settings, i, dt, self.speeds[k]);
                 let Some(collider) = &data[i].collider else { continue };
                 self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
             }
-            pairs = self.broad.update(&self.bounds, &self.movable, &may_pair);
+            let others = (self.moving.as_slice(), true);
+            pairs = self.broad.update_some(&self.bounds, &self.movable, others, &may_pair);
         }
         for &(i, j) in pairs {
             let (i, j) = (i as usize, j as usize);
@@ -104,26 +114,54 @@ impl<S: Geometry> NarrowPhase<S> {
         }
     }
 
-    /// Bounds of all bodies with a shape, grown by half of each pair's margin.
-    fn prepare(&mut self, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) {
-        self.bounds.clear();
-        self.margins.clear();
-        self.poses.clear();
-        self.speeds.clear();
+    /// Bounds of all bodies with a shape, grown by half of each pair's margin; of those that stand only where they are
+    /// others than before. True where they are not.
+    fn prepare(&mut self, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) -> bool {
+        let wanted = bodies.standing().map(|number| (number, settings.contact_margin));
+        let as_before = wanted.is_some() && wanted == self.made_for;
+        if !as_before {
+            self.make_room(bodies);
+            self.made_for = wanted;
+        }
+        let moving = std::mem::take(&mut self.moving);
+        if as_before {
+            moving.iter().for_each(|k| self.place(*k as usize, bodies, settings, dt));
+        } else {
+            (0..self.indices.len()).for_each(|k| self.place(k, bodies, settings, dt));
+        }
+        self.moving = moving;
+        as_before
+    }
+
+    /// Columns of all bodies with a shape.
+    fn make_room(&mut self, bodies: &Bodies<S>) {
         self.indices.clear();
         self.movable.clear();
-        for (i, d) in bodies.data.iter().enumerate() {
-            let Some(collider) = &d.collider else { continue };
-            let speed = speed(bodies, settings, i, dt);
-            let margin = reach(bodies, settings, i, dt, speed);
-            let pose = bodies.shape_pose(i);
-            self.bounds.push(S::bounds(collider, &pose, margin));
-            self.poses.push(pose);
-            self.margins.push(margin);
-            self.speeds.push(speed);
+        self.moving.clear();
+        for (i, d) in bodies.data.iter().enumerate().filter(|(_, d)| d.collider.is_some()) {
+            if d.kind != BodyKind::Fixed {
+                self.moving.push(self.indices.len() as u32);
+            }
             self.indices.push(i);
             self.movable.push(d.inverse_mass > 0.0);
         }
+        let count = self.indices.len();
+        self.bounds.resize(count, Aabb { min: S::Vector::ZERO, max: S::Vector::ZERO });
+        self.poses.resize(count, Pose::default());
+        for column in [&mut self.margins, &mut self.speeds, &mut self.own] {
+            column.resize(count, 0.0);
+        }
+    }
+
+    /// Box, pose, speed and margin of a body.
+    fn place(&mut self, k: usize, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) {
+        let i = self.indices[k];
+        let Some(collider) = &bodies.data[i].collider else { return };
+        self.speeds[k] = speed(bodies, settings, i, dt);
+        self.own[k] = self.speeds[k];
+        self.margins[k] = reach(bodies, settings, i, dt, self.speeds[k]);
+        self.poses[k] = bodies.shape_pose(i);
+        self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
     }
 }
 
@@ -195,9 +233,7 @@ fn speed<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: 
 
 /// A body that a fast one is about to hit may be fast itself before the step is over: pairs share their speeds.
 /// True when that changed one by more than what the margins allow for anyway.
-fn share_speeds(pairs: &[(u32, u32)], movable: &[bool], speeds: &mut [f64], own: &mut Vec<f64>) -> bool {
-    own.clear();
-    own.extend_from_slice(speeds);
+fn share_speeds(pairs: &[(u32, u32)], movable: &[bool], speeds: &mut [f64], own: &[f64]) -> bool {
     let mut changed = false;
     for &(i, j) in pairs {
         let (i, j) = (i as usize, j as usize);

@@ -213,7 +213,7 @@ impl<S: Geometry> World<S> {
             world.set_pair(a, b, *pair)?;
         }
         // written over what `add` normalised, so that every bit is the saved one
-        world.bodies.motion.copy_from(&motion);
+        world.motion_mut().copy_from(&motion);
         world.restore_joints(saved.joints, saved.joint_serials)?;
         world.bodies.set_serials(saved.serials);
         world.set_trajectory(saved.time, saved.steps, saved.warm, saved.ledger);

@@ -2,6 +2,7 @@
 
 mod checks;
 mod last;
+mod standing;
 
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
@@ -25,6 +26,7 @@ use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Planar, Rotation, Spatial};
 use carom_solver::{Certificate, ContactProblem, Impulses, Watch, unwatched};
+use standing::Written;
 
 /// A world of the plane.
 pub type World2 = World<Planar>;
@@ -73,6 +75,12 @@ pub struct World<S: Geometry> {
     groups: Groups<S>,
     fields: Vec<(String, Box<dyn ForceField<S>>)>,
     applied: Vec<Wrench<S>>,
+    /// Some of them may not be zero.
+    is_applied: bool,
+    /// What may have been written since the last step began.
+    written: Written,
+    /// Energy after the last step, while nothing was written.
+    known_energy: Option<Energy>,
     narrow_phase: NarrowPhase<S>,
     touches: Vec<Touch<S>>,
     schemes: Schemes<S>,
@@ -102,6 +110,9 @@ impl<S: Geometry> World<S> {
             groups: Groups::default(),
             fields: Vec::new(),
             applied: Vec::new(),
+            is_applied: false,
+            written: Written::All,
+            known_energy: None,
             narrow_phase: NarrowPhase::default(),
             touches: Vec::new(),
             schemes: Schemes::default(),
@@ -116,7 +127,7 @@ impl<S: Geometry> World<S> {
     /// # Errors
     /// [`BuildError`] naming body, field, value and remedy; the world is unchanged then.
     pub fn add(&mut self, name: &str, spec: BodySpec<S>) -> Result<usize, BuildError> {
-        let index = self.bodies.add(name, spec)?;
+        let index = self.written_bodies(Written::All).add(name, spec)?;
         self.applied.push(Wrench::default());
         Ok(index)
     }
@@ -126,7 +137,7 @@ impl<S: Geometry> World<S> {
     /// [`BuildError`] when no body has this name, or a joint holds it.
     pub fn remove(&mut self, name: &str) -> Result<(), BuildError> {
         let index = self.bodies.find(name).ok_or_else(|| self.bodies.unknown(name))?;
-        self.bodies.remove(name)?;
+        self.written_bodies(Written::All).remove(name)?;
         self.groups.forget(name);
         self.applied.remove(index);
         self.forget_step();
@@ -168,11 +179,11 @@ impl<S: Geometry> World<S> {
     /// The moving state of all bodies, to be changed freely between steps; non-finite numbers are refused by
     /// the next step.
     pub fn motion_mut(&mut self) -> &mut Motion<S> {
-        &mut self.bodies.motion
+        &mut self.written_bodies(Written::Motion).motion
     }
     /// The bodies, to set momenta by (p, L).
     pub fn bodies_mut(&mut self) -> &mut Bodies<S> {
-        &mut self.bodies
+        self.written_bodies(Written::All)
     }
     /// Index of a named body.
     ///
@@ -191,6 +202,7 @@ impl<S: Geometry> World<S> {
     /// [`BuildError`] naming a setting that is out of range; the old settings stay then.
     pub fn set_settings(&mut self, settings: Settings<S>) -> Result<(), BuildError> {
         settings.check()?;
+        self.known_energy = None;
         self.settings = settings;
         Ok(())
     }
@@ -220,6 +232,7 @@ impl<S: Geometry> World<S> {
     /// Applies a wrench to a body for the next step only.
     pub fn apply_wrench(&mut self, body: usize, wrench: Wrench<S>) {
         self.applied[body].add(&wrench);
+        self.is_applied = true;
     }
     /// Changes a body's velocities by an impulse \[N s\] at a world point: v + j/m, w + I^-1 (r x j) (item 16).
     pub fn apply_impulse(&mut self, body: usize, impulse: S::Vector, point: S::Vector) {
@@ -228,7 +241,7 @@ impl<S: Geometry> World<S> {
         let twist =
             carom_solver::collision::apply_impulse(&self.bodies.motion.twist(body), &inverse, arm, impulse);
         if inverse.linear > 0.0 {
-            self.bodies.motion.set_twist(body, &twist);
+            self.motion_mut().set_twist(body, &twist);
         }
     }
     /// Energy of the present state.
@@ -278,8 +291,8 @@ impl<S: Geometry> World<S> {
             self.swap_scheme();
         }
         let tried = std::mem::take(&mut self.spare.1);
-        self.bodies.motion.copy_from(&motion);
-        (self.warm, self.applied, self.touches) = (warm, applied, touches);
+        self.motion_mut().copy_from(&motion);
+        (self.warm, self.applied, self.touches, self.is_applied) = (warm, applied, touches, true);
         (self.time, self.steps, self.ledger, self.groups) = (time, steps, ledger, groups);
         match taken {
             Err(
@@ -314,11 +327,12 @@ impl<S: Geometry> World<S> {
     /// As [`World::step`], and [`StepError::Interrupted`] when the watch asked to stop; the world is then exactly as
     /// it was before.
     pub fn step_watched(&mut self, dt: f64, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
-        self.check_before(dt)?;
-        self.checkpoint.0.copy_from(&self.bodies.motion);
+        let as_before = self.stand_as_before();
+        self.check_before(dt, as_before)?;
+        self.keep_motion(as_before);
         self.checkpoint.1.keep(&mut self.warm);
         self.swap_scheme();
-        let mut taken = self.advance(dt, watch);
+        let mut taken = self.advance(dt, as_before, watch);
         self.failure = None;
         if let Err(error) = &mut taken {
             self.explain_failure(error);
@@ -401,8 +415,8 @@ impl<S: Geometry> World<S> {
         std::mem::swap(&mut self.schemes, &mut self.spare.1);
     }
 
-    fn advance(&mut self, dt: f64, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
-        let before = self.energy();
+    fn advance(&mut self, dt: f64, as_before: bool, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
+        let before = self.known_energy.take().unwrap_or_else(|| self.energy());
         let of_groups = self.groups.states(&self.bodies, self.settings.gravity);
         let mut stopped = false;
         let scheme = self.advance_scheme(dt, &mut |progress| {
@@ -415,7 +429,7 @@ impl<S: Geometry> World<S> {
             let contacts = self.touches.len();
             return Err(StepError::Interrupted { phase: Phase::Contact.name(), contacts, time: self.time });
         }
-        self.normalize_rotations();
+        self.normalize_rotations(as_before);
         self.check_after()?;
         self.warm.joints = joint::left(&self.bodies);
         Ok(self.observe(before, &of_groups, scheme, dt))
@@ -423,13 +437,14 @@ impl<S: Geometry> World<S> {
 
     fn advance_scheme(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport, StepError> {
         let step = Step { time: self.time, dt, gravity: self.settings.gravity };
+        let quiet = self.fields.is_empty() && !self.is_applied;
         let (fields, applied) = (&mut self.fields, &self.applied);
         let mut loads = |time: f64, bodies: &Bodies<S>, out: &mut Vec<Wrench<S>>| {
             out.clear();
             out.extend_from_slice(applied);
             add_fields(fields, time, bodies, out)
         };
-        let outside = Outside { loads: &mut loads, watch, tape: self.tape.as_mut() };
+        let outside = Outside { quiet, loads: &mut loads, watch, tape: self.tape.as_mut() };
         let (bodies, settings, warm) = (&mut self.bodies, &self.settings, &mut self.warm);
         self.schemes.ran = settings.scheme;
         self.schemes.begin_accounts(bodies.len(), !self.groups.is_empty());
@@ -469,6 +484,7 @@ impl<S: Geometry> World<S> {
         dt: f64,
     ) -> StepReport<S> {
         let energy = self.energy();
+        self.known_energy = Some(energy);
         let (accounts, gravity) = (self.schemes.accounts(), self.settings.gravity);
         let groups = self.groups.close(of_groups, accounts, &self.bodies, gravity);
         let mut ledger = scheme.ledger;
@@ -476,7 +492,9 @@ impl<S: Geometry> World<S> {
         self.ledger.add(&ledger);
         self.time += dt;
         self.steps += 1;
-        self.applied.fill(Wrench::default());
+        if std::mem::take(&mut self.is_applied) {
+            self.applied.fill(Wrench::default());
+        }
         let deepest = self.touches.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)).map(|t| (t.gap, t.a, t.b));
         StepReport {
             step: self.steps,
@@ -500,12 +518,22 @@ impl<S: Geometry> World<S> {
     }
 
     /// Rotations that users wrote, or that rounding moved off, get unit length back.
-    fn normalize_rotations(&mut self) {
-        for q in &mut self.bodies.motion.rotation {
+    fn normalize_rotations(&mut self, as_before: bool) {
+        let normalize = |q: &mut S::Rotation| {
             let length: f64 = q.as_slice().iter().map(|x| x * x).sum();
             if (length - 1.0).abs() > 4e-16 {
                 *q = q.renormalized().unwrap_or(*q);
             }
+        };
+        if as_before {
+            for k in 0..self.bodies.movers().len() {
+                let i = self.bodies.movers()[k] as usize;
+                normalize(&mut self.bodies.motion.rotation[i]);
+            }
+        } else {
+            self.bodies.motion.rotation.iter_mut().for_each(normalize);
+            // what stands may have been among them
+            self.may_write(Written::Motion);
         }
     }
 
@@ -521,7 +549,7 @@ impl<S: Geometry> World<S> {
     }
     /// Goes back to a point of this world's own trajectory; forces waiting for the next step are dropped.
     pub(crate) fn set_to(&mut self, point: &Trajectory<S>) {
-        self.bodies.motion.copy_from(&point.motion);
+        self.motion_mut().copy_from(&point.motion);
         self.set_trajectory(point.time, point.steps, point.warm.clone(), point.ledger);
     }
 
@@ -532,11 +560,13 @@ impl<S: Geometry> World<S> {
         self.warm = warm;
         self.ledger = ledger;
         self.forget_step();
+        self.may_write(Written::All);
         self.applied = vec![Wrench::default(); self.bodies.len()];
     }
 
     /// Wrenches waiting for the next step; for `snapshot`.
     pub(crate) fn waiting(&mut self) -> &mut Vec<Wrench<S>> {
+        self.is_applied = true;
         &mut self.applied
     }
 }

@@ -28,12 +28,8 @@ type Halves = "normal" | "gap" | "normal_impulse" | "friction_impulse" | "slip";
 
 /** See the file's head. */
 export class PackedContacts {
-  private readonly a: Uint16Array;
-  private readonly b: Uint16Array;
   private readonly status: Uint8Array;
-  private readonly points: Uint16Array;
   private readonly low: Float64Array;
-  private readonly codes: Record<Halves, Uint16Array>;
   /** What was read last: many parts of the page ask for the same frame. */
   private last: { begin: number; end: number; contacts: Contacts } | undefined;
 
@@ -41,19 +37,8 @@ export class PackedContacts {
     private readonly payload: Payload,
     private readonly dimension: number,
   ) {
-    const codes = (name: string): Uint16Array => payload.array(`contact_${name}`) as Uint16Array;
-    this.a = codes("a");
-    this.b = codes("b");
     this.status = payload.array("contact_status") as Uint8Array;
-    this.points = codes("point");
     this.low = payload.array("contact_point_low") as Float64Array;
-    this.codes = {
-      normal: codes("normal"),
-      gap: codes("gap"),
-      normal_impulse: codes("normal_impulse"),
-      friction_impulse: codes("friction_impulse"),
-      slip: codes("slip"),
-    };
   }
 
   /** Contacts from `begin` to before `end`. */
@@ -62,8 +47,8 @@ export class PackedContacts {
     const d = this.dimension;
     const contacts = {
       count: end - begin,
-      a: this.a.subarray(begin, end),
-      b: this.b.subarray(begin, end),
+      a: this.bodies("contact_a", begin, end),
+      b: this.bodies("contact_b", begin, end),
       point: this.pointsBetween(begin * d, end * d),
       normal: this.read("normal", begin * d, end * d),
       gap: this.read("gap", begin, end),
@@ -78,16 +63,25 @@ export class PackedContacts {
 
   /** The impulse that 98 of 100 pressing contacts stay below [N s]. */
   usualImpulse(): number {
-    const codes = this.codes.normal_impulse;
-    const stride = Math.max(1, Math.floor(codes.length / 20000));
-    const some = codes.filter((_, i) => i % stride === 0);
+    const count = this.payload.length("contact_normal_impulse");
+    const stride = Math.max(1, Math.floor(count / 20000));
+    const some = new Uint16Array(Math.ceil(count / stride));
+    for (let i = 0; i < some.length; i++)
+      some[i] = this.payload.codes("contact_normal_impulse", i * stride, i * stride + 1)[0];
     const pressing = fromHalves(some, this.scale("normal_impulse")).filter((impulse) => impulse > 0);
     pressing.sort();
     return pressing.length ? pressing[Math.floor(0.98 * (pressing.length - 1))] : 1;
   }
 
   private read(name: Halves, begin: number, end: number): Float32Array {
-    return fromHalves(this.codes[name].subarray(begin, end), this.scale(name));
+    return fromHalves(this.payload.codes(`contact_${name}`, begin, end), this.scale(name));
+  }
+
+  /** Rows of bodies; wider than 16 bits where there are many. */
+  private bodies(name: string, begin: number, end: number): ArrayLike<number> {
+    return this.payload.is16(name)
+      ? this.payload.codes(name, begin, end)
+      : this.payload.array(name).subarray(begin, end);
   }
 
   private scale(name: string): number {
@@ -96,9 +90,9 @@ export class PackedContacts {
 
   private pointsBetween(begin: number, end: number): Float32Array {
     const step = this.scale("point");
+    const codes = this.payload.codes("contact_point", begin, end);
     const found = new Float32Array(end - begin);
-    for (let i = 0; i < found.length; i++)
-      found[i] = this.low[i % this.dimension] + this.points[begin + i] * step;
+    for (let i = 0; i < found.length; i++) found[i] = this.low[i % this.dimension] + codes[i] * step;
     return found;
   }
 }

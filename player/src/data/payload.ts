@@ -87,10 +87,28 @@ export class Payload {
     return this.entries[name].shape;
   }
 
+  /** Some of an array of 16-bit numbers, from `begin` to before `end`, without reading the others. */
+  codes(name: string, begin: number, end: number): Uint16Array {
+    const entry = this.entries[name];
+    if (entry.filter !== "shuffle") return (this.array(name) as Uint16Array).subarray(begin, end);
+    const at = this.start + entry.at;
+    return joined(this.bytes, at + begin, at + this.length(name) + begin, end - begin);
+  }
+
+  /** Whether an array has numbers of 16 bits. */
+  is16(name: string): boolean {
+    return this.entries[name].type === "u2";
+  }
+
+  /** How many numbers an array has. */
+  length(name: string): number {
+    return this.entries[name].shape.reduce((product, length) => product * length, 1);
+  }
+
   /** An array's numbers; halves come as their codes. */
   array(name: string): Numbers {
     const entry = this.entries[name];
-    const count = entry.shape.reduce((product, length) => product * length, 1);
+    const count = this.length(name);
     const at = this.start + entry.at;
     if (entry.filter) return unshuffled(this.bytes, at, count, entry);
     switch (entry.type) {
@@ -113,14 +131,20 @@ export class Payload {
 
 /** Undoes the filters of 16-bit numbers: bytes by significance, then differences along the first axis. */
 function unshuffled(bytes: ArrayBuffer, at: number, count: number, entry: Entry): Uint16Array {
-  const low = new Uint8Array(bytes, at, count);
-  const high = new Uint8Array(bytes, at + count, count);
-  const found = new Uint16Array(count);
-  for (let i = 0; i < count; i++) found[i] = low[i] | (high[i] << 8);
+  const found = joined(bytes, at, at + count, count);
   if (entry.filter.startsWith("delta")) {
     const row = count / Math.max(1, entry.shape[0]);
     for (let i = row; i < count; i++) found[i] += found[i - row];
   }
+  return found;
+}
+
+/** Numbers of 16 bits whose low and high bytes stand apart. */
+function joined(bytes: ArrayBuffer, lows: number, highs: number, count: number): Uint16Array {
+  const low = new Uint8Array(bytes, lows, count);
+  const high = new Uint8Array(bytes, highs, count);
+  const found = new Uint16Array(count);
+  for (let i = 0; i < count; i++) found[i] = low[i] | (high[i] << 8);
   return found;
 }
 
@@ -131,14 +155,35 @@ export async function readPayloads(): Promise<Payload[]> {
   for (const script of scripts) {
     const text = script.textContent?.trim() ?? "";
     script.remove();
-    payloads.push(new Payload(await gunzip(decodeBase64(text)), text.length));
+    payloads.push(new Payload(await unpacked(text), text.length));
   }
   return payloads;
 }
 
-async function gunzip(packed: Uint8Array<ArrayBuffer>): Promise<ArrayBuffer> {
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return await new Response(stream).arrayBuffer();
+/** The bytes that parts of base64 of gzip, divided by dots, hold together; all are unpacked at once. */
+async function unpacked(text: string): Promise<ArrayBuffer> {
+  const parts = text.split(".").map(decodeBase64);
+  // gzip ends with the length of what it holds
+  const lengths = parts.map(({ buffer, byteLength }) => new DataView(buffer).getUint32(byteLength - 4, true));
+  const all = new Uint8Array(lengths.reduce((sum, length) => sum + length, 0));
+  let from = 0;
+  await Promise.all(
+    parts.map((part, i) => {
+      const into = all.subarray(from, from + lengths[i]);
+      from += lengths[i];
+      return gunzip(part, into);
+    }),
+  );
+  return all.buffer;
+}
+
+async function gunzip(packed: Uint8Array<ArrayBuffer>, into: Uint8Array): Promise<void> {
+  const reader = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip")).getReader();
+  let at = 0;
+  for (let got = await reader.read(); !got.done; got = await reader.read()) {
+    into.set(got.value, at);
+    at += got.value.length;
+  }
 }
 
 function decodeBase64(text: string): Uint8Array<ArrayBuffer> {

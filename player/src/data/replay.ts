@@ -44,8 +44,6 @@ export class Replay {
   private readonly detailFrames: Int32Array;
   private readonly offsets: Uint32Array;
   private readonly all: PackedContacts;
-  private readonly velocities: Float32Array;
-  private readonly spins: Float32Array;
 
   constructor(readonly payload: Payload) {
     this.table = payload.table;
@@ -65,8 +63,6 @@ export class Replay {
     this.step = payload.array("position_step") as Float64Array;
     this.detailFrames = payload.array("detail_frames") as Int32Array;
     this.offsets = payload.array("contact_offsets") as Uint32Array;
-    this.velocities = halves(payload, "velocity");
-    this.spins = halves(payload, "angular_velocity");
     this.all = new PackedContacts(payload, this.dimension);
     this.usualImpulse = this.all.usualImpulse();
     this.steps = stepsOf(payload);
@@ -126,14 +122,14 @@ export class Replay {
   /** Velocity of a body [m/s]. */
   velocity(frame: number, body: number): Float32Array {
     const at = (nearest(this.detailFrames, frame) * this.bodies + body) * this.dimension;
-    return this.velocities.subarray(at, at + this.dimension);
+    return this.halves("velocity", at, at + this.dimension);
   }
 
   /** Angular velocity of a body, world axes [rad/s]. */
   angularVelocity(frame: number, body: number): Float32Array {
     const width = this.dimension === 2 ? 1 : 3;
     const at = (nearest(this.detailFrames, frame) * this.bodies + body) * width;
-    return this.spins.subarray(at, at + width);
+    return this.halves("angular_velocity", at, at + width);
   }
 
   /** Contacts at a frame. */
@@ -142,10 +138,10 @@ export class Replay {
     const [begin, end] = [this.offsets[row], this.offsets[row + 1]];
     return this.all.between(begin, end);
   }
-}
 
-function halves(payload: Payload, name: string): Float32Array {
-  return fromHalves(payload.array(name) as Uint16Array, payload.table.scale[name]);
+  private halves(name: string, begin: number, end: number): Float32Array {
+    return fromHalves(this.payload.codes(name, begin, end), this.table.scale[name]);
+  }
 }
 
 function stepsOf(payload: Payload): Steps {

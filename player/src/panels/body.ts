@@ -1,5 +1,6 @@
 /** What is known of the body that is chosen: pose, velocity, energy, and its contacts. */
 
+import { Calm } from "../calm";
 import type { Clock } from "../clock";
 import { matrixOf } from "../coupling";
 import { KINDS, type Replay, STATUSES } from "../data/replay";
@@ -35,7 +36,7 @@ export class BodyPanel {
       list.value = String(selection.body);
       this.show();
     });
-    clock.onMove(() => this.show());
+    clock.onMove(new Calm(() => this.show()).ask);
     this.show();
   }
 
@@ -50,7 +51,7 @@ export class BodyPanel {
       );
       return;
     }
-    if (this.root.clientWidth === 0 && this.content.childElementCount) return;
+    if (this.root.hidden && this.content.childElementCount) return;
     this.content.replaceChildren(this.motion(body), this.touching(body));
   }
 

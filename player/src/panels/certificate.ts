@@ -1,5 +1,6 @@
 /** What the run's figures are worth, in words: the step shown, the worst step and why, and what the page keeps. */
 
+import { Calm } from "../calm";
 import type { Clock } from "../clock";
 import type { Replay } from "../data/replay";
 import { button, element, facts } from "../dom";
@@ -26,13 +27,13 @@ export class CertificatePanel {
       this.root.append(element("h3", {}, `The run${which}`), runFacts(replay));
       this.root.append(element("h3", {}, `What this page keeps${which}`), keptFacts(replay));
     });
-    clock.onMove(() => this.show());
-    selection.onChange(() => {});
+    clock.onMove(new Calm(() => this.show()).ask);
     this.show();
   }
 
   /** Tells of the step that ended at the frame shown. */
   show(): void {
+    if (this.root.hidden) return;
     const replay = this.replays[0];
     const row = replay.steps.time.length ? replay.stepAt(this.clock.time) : -1;
     if (row < 0 || this.clock.time < replay.steps.time[0] * (1 - 1e-9)) {

@@ -3,6 +3,7 @@
  * contacts and the bodies that they share; contacts and bodies pointed at in the scene light up their rows.
  */
 
+import { Calm } from "../calm";
 import type { Clock } from "../clock";
 import { type Entry, entriesOf, sharedBodies } from "../coupling";
 import type { Contacts } from "../data/contacts";
@@ -37,7 +38,7 @@ export class MatrixPanel {
     this.root = element("div", { class: "matrix-panel" }, this.title, frame, this.told);
     this.marks.addEventListener("pointermove", (event) => this.point(event));
     this.marks.addEventListener("pointerleave", () => selection.hover([], []));
-    clock.onMove(() => this.show());
+    clock.onMove(new Calm(() => this.show()).ask);
     selection.onChange(() => this.mark());
     onTheme(() => this.show(true));
     new ResizeObserver(() => this.show()).observe(this.root);
@@ -45,7 +46,7 @@ export class MatrixPanel {
 
   /** Draws the pattern at the frame shown, while the panel is seen. */
   show(again = false): void {
-    if (this.root.clientWidth === 0) return;
+    if (this.root.hidden || this.root.clientWidth === 0) return;
     const frame = this.replay.detailFrame(this.clock.frame);
     if (frame === this.shown && !again) return;
     this.shown = frame;

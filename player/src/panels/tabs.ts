@@ -36,6 +36,11 @@ export class Tabs {
     this.tabs[number].shown?.();
   }
 
+  /** Brings the panel that is seen to the frame shown, at once. */
+  refresh(): void {
+    for (const { root, shown } of this.tabs) if (!root.hidden) shown?.();
+  }
+
   /** Shows a panel by name. */
   showNamed(name: string): void {
     this.show(this.tabs.findIndex((tab) => tab.name === name));

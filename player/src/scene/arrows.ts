@@ -58,6 +58,13 @@ export class Arrows {
   private room = 256;
   /** Whether impulses are needles, which cost a tenth of arrows. */
   private readonly needles: Needles | undefined;
+  /** Needles shorter than this are not drawn [m]. */
+  shortest = 0;
+  /** Where needles are seen from [m]; in the plane far above it. */
+  readonly eye = new Vector3(0, 0, 1e6);
+  /** Whether points stand where the contacts shown are. */
+  private placed = false;
+  private lit: readonly number[] = [];
   /** Contacts that are drawn, in order. */
   private readonly drawn: number[] = [];
 
@@ -92,38 +99,58 @@ export class Arrows {
     const light = new Color(theme().chosen);
     const ticks: number[] = [];
     this.drawn.length = 0;
+    this.lit = hovered;
+    let needles = 0;
     for (let i = 0; i < contacts.count; i++) {
       const lit = hovered.includes(i);
       if (contacts.status[i] === 0 && contacts.count > MANY && !lit) continue;
-      this.draw(contacts, i, this.drawn.length, lit ? light : colours(i), lit, ticks);
+      const colour = lit ? light : colours(i);
+      if (this.needles) needles = this.needle(contacts, i, needles, colour, lit);
+      else this.arrow(contacts, i, this.drawn.length, colour);
+      if (this.settings.points) this.points.setColorAt(this.drawn.length, colour);
+      if (this.settings.normals) this.tick(contacts, i, ticks);
       this.drawn.push(i);
     }
-    for (const mesh of [this.points, this.shafts, this.heads]) {
-      mesh.count = this.drawn.length;
-      mesh.instanceMatrix.clearUpdateRanges();
-      mesh.instanceMatrix.addUpdateRange(0, 16 * mesh.count);
-      mesh.instanceMatrix.needsUpdate = true;
-      if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
-    }
-    this.points.boundingSphere = null;
+    this.placed = false;
+    if (this.settings.points) this.placePoints();
     this.points.visible = this.settings.points;
-    this.shafts.visible = this.settings.impulses && !this.needles;
+    for (const mesh of [this.shafts, this.heads]) {
+      mesh.visible = this.settings.impulses && !this.needles;
+      if (mesh.visible) upload(mesh, this.drawn.length);
+    }
     if (this.needles) {
-      this.needles.show(this.drawn.length);
+      this.needles.show(needles);
       this.needles.mesh.visible = this.settings.impulses;
     }
-    this.heads.visible = this.settings.impulses && !this.needles;
     this.ticks.visible = this.settings.normals && ticks.length > 0;
-    this.ticks.geometry.setAttribute("position", new Float32BufferAttribute(ticks, 3));
+    if (this.settings.normals)
+      this.ticks.geometry.setAttribute("position", new Float32BufferAttribute(ticks, 3));
     this.ticks.material.color.set(theme().edge);
     if (theme().dark) this.ticks.material.color.set(0xe8ecef);
   }
 
-  /** The contact whose point a ray meets first, or -1. */
+  /** The contact whose point a ray meets first, or -1; points are met whether they are drawn or not. */
   pick(ray: Raycaster): number {
+    this.placePoints();
     if (this.points.count === 0) return -1;
     const [hit] = ray.intersectObject(this.points, false);
     return hit?.instanceId === undefined ? -1 : this.drawn[hit.instanceId];
+  }
+
+  /** Puts points where contacts are, unless they are there already. */
+  private placePoints(): void {
+    const { contacts } = this;
+    if (this.placed || !contacts) return;
+    this.placed = true;
+    this.drawn.forEach((i, slot) => {
+      const lit = this.lit.includes(i);
+      const thick = this.unit * (lit ? 0.06 : 0.032);
+      const size = contacts.status[i] === 0 && !lit ? 0.45 * thick : thick;
+      this.read(contacts.point, i, POINT);
+      this.points.setMatrixAt(slot, MATRIX.compose(POINT, STILL, SIZE.setScalar(size)));
+    });
+    upload(this.points, this.drawn.length);
+    this.points.boundingSphere = null;
   }
 
   /** Colour of each contact. */
@@ -142,42 +169,59 @@ export class Arrows {
     return (i) => known[islands[i] % known.length];
   }
 
-  private draw(
-    contacts: Contacts,
-    i: number,
-    slot: number,
-    colour: Color,
-    lit: boolean,
-    ticks: number[],
-  ): void {
-    const d = this.replay.dimension;
-    const read = (values: Float32Array, into: Vector3): Vector3 =>
-      into.set(values[i * d], values[i * d + 1], d === 3 ? values[i * d + 2] : 0);
-    const at = read(contacts.point, POINT);
-    const normal = read(contacts.normal, NORMAL);
-    const impulse = read(contacts.frictionImpulse, IMPULSE).addScaledVector(
-      normal,
-      contacts.normalImpulse[i],
+  /** The impulse of a contact on the body that it is drawn for, as a unit vector in IMPULSE; its length drawn [m]. */
+  private impulse(contacts: Contacts, i: number): number {
+    this.read(contacts.normal, i, NORMAL);
+    this.read(contacts.frictionImpulse, i, IMPULSE).addScaledVector(NORMAL, contacts.normalImpulse[i]);
+    IMPULSE.multiplyScalar(this.sideOf(contacts, i, IMPULSE));
+    const size = IMPULSE.length();
+    const length = Math.min(size / this.replay.usualImpulse, LONGEST) * this.unit * this.settings.length;
+    if (length > 1e-4 * this.unit) IMPULSE.multiplyScalar(1 / size);
+    else IMPULSE.copy(UP);
+    return length;
+  }
+
+  /** Draws a contact's impulse as a needle, unless it is too short; how many there are then. */
+  private needle(contacts: Contacts, i: number, slot: number, colour: Color, lit: boolean): number {
+    const length = this.impulse(contacts, i);
+    if (length < this.shortest && !lit) return slot;
+    this.read(contacts.point, i, POINT);
+    this.needles!.set(
+      slot,
+      POINT,
+      IMPULSE,
+      length,
+      Math.min(0.05 * this.unit, 0.1 * length),
+      this.eye,
+      colour,
     );
-    impulse.multiplyScalar(this.sideOf(contacts, i, impulse));
-    const thick = this.unit * (lit ? 0.06 : 0.032);
-    const size = contacts.status[i] === 0 && !lit ? 0.45 * thick : thick;
-    this.points.setMatrixAt(slot, MATRIX.compose(at, STILL, SIZE.setScalar(size)));
-    const share = impulse.length() / this.replay.usualImpulse;
-    const length = Math.min(share, LONGEST) * this.unit * this.settings.length;
-    const head = this.needles ? 0 : Math.min(0.35 * length, 0.22 * this.unit);
-    if (length > 1e-4 * this.unit) TURN.setFromUnitVectors(UP, impulse.normalize());
-    else TURN.identity();
-    const radius = Math.min((this.needles ? 0.05 : 0.018) * this.unit, 0.1 * length);
-    MATRIX.compose(at, TURN, SIZE.set(radius, length - head, radius));
-    this.shafts.setMatrixAt(slot, MATRIX);
-    this.needles?.set(slot, MATRIX, colour);
-    TIP.copy(at).addScaledVector(impulse, length - head);
+    return slot + 1;
+  }
+
+  /** Draws a contact's impulse as an arrow. */
+  private arrow(contacts: Contacts, i: number, slot: number, colour: Color): void {
+    const length = this.impulse(contacts, i);
+    this.read(contacts.point, i, POINT);
+    TURN.setFromUnitVectors(UP, IMPULSE);
+    const head = Math.min(0.35 * length, 0.22 * this.unit);
+    const radius = Math.min(0.018 * this.unit, 0.1 * length);
+    this.shafts.setMatrixAt(slot, MATRIX.compose(POINT, TURN, SIZE.set(radius, length - head, radius)));
+    TIP.copy(POINT).addScaledVector(IMPULSE, length - head);
     this.heads.setMatrixAt(slot, MATRIX.compose(TIP, TURN, SIZE.set(0.3 * head, head, 0.3 * head)));
-    for (const mesh of [this.points, this.shafts, this.heads]) mesh.setColorAt(slot, colour);
-    if (contacts.status[i] === 0) return; // nothing acts
-    const tick = 0.16 * this.unit;
-    ticks.push(at.x, at.y, at.z, at.x + normal.x * tick, at.y + normal.y * tick, at.z + normal.z * tick);
+    for (const mesh of [this.shafts, this.heads]) mesh.setColorAt(slot, colour);
+  }
+
+  /** Draws the normal of a contact at which something acts. */
+  private tick(contacts: Contacts, i: number, ticks: number[]): void {
+    if (contacts.status[i] === 0) return;
+    const { x, y, z } = this.read(contacts.point, i, POINT);
+    TIP.copy(POINT).addScaledVector(this.read(contacts.normal, i, NORMAL), 0.16 * this.unit);
+    ticks.push(x, y, z, TIP.x, TIP.y, TIP.z);
+  }
+
+  private read(values: Float32Array, i: number, into: Vector3): Vector3 {
+    const d = this.replay.dimension;
+    return into.set(values[i * d], values[i * d + 1], d === 3 ? values[i * d + 2] : 0);
   }
 
   /** 1 where the impulse on a is drawn, −1 for that on b: on the body that moves, of two on the one it lifts. */
@@ -217,6 +261,15 @@ const SIZE = new Vector3();
 const MATRIX = new Matrix4();
 const TURN = new Quaternion();
 const STILL = new Quaternion();
+
+/** Draws the first `count` instances where they were put. */
+function upload(mesh: InstancedMesh, count: number): void {
+  mesh.count = count;
+  mesh.instanceMatrix.clearUpdateRanges();
+  mesh.instanceMatrix.addUpdateRange(0, 16 * count);
+  mesh.instanceMatrix.needsUpdate = true;
+  if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+}
 
 /** Instances that are drawn over everything else. */
 function instances(geometry: BufferGeometry, room: number): InstancedMesh {

@@ -31,6 +31,8 @@ export interface Hit {
 export interface Batch {
   readonly fill: (Object3D & { material: Material }) | null;
   readonly edges: Object3D & { material: LineBasicMaterial };
+  /** What surfaces are drawn with, one at a time. */
+  readonly materials: readonly Material[];
   /** Body of each piece. */
   readonly bodies: number[];
   /** Where each piece sits in its body, as columns of 3 × 4 numbers. */
@@ -43,6 +45,8 @@ export interface Batch {
   paint(piece: number, colour: Color): void;
   /** Tells that pieces were coloured. */
   painted(): void;
+  /** Draws with few triangles, where there are such, or in full. */
+  setRough(on: boolean): void;
   /** The piece's body that a ray meets first. */
   pick(ray: Raycaster): Hit | undefined;
 }

@@ -15,8 +15,8 @@ export type Look = "solid" | "ghost";
 const GLASS = 0.3;
 /** Of more bodies than this each is drawn with fewer corners. */
 export const MANY = 300;
-/** Forms of space that fewer pieces share than this are drawn together. */
-const FEW = 1000;
+/** Forms of space that fewer pieces share than this are drawn together; beyond it corners would take much memory. */
+const FEW = 50_000;
 /** Size of a body without a shape, as a share of the scene's [1]. */
 const PARTICLE = 0.006;
 
@@ -35,9 +35,7 @@ export class Bodies {
     private readonly look: Look,
     reach: number,
   ) {
-    // a ghost has no obstacles: they are where those of the other run are
-    const drawn = (body: number): boolean => look === "solid" || replay.kind[body] !== 1;
-    this.batches = this.batched(gathered(replay, reach, drawn));
+    this.batches = this.batched(gathered(replay, reach));
     for (const { fill, edges, bodies } of this.batches) {
       const group = replay.kind[bodies[0]] === 1 ? this.obstacles : this.group;
       if (fill) group.add(fill);
@@ -54,13 +52,15 @@ export class Bodies {
     for (const batch of this.batches) {
       const into = batch.matrices;
       let moved = first;
-      batch.bodies.forEach((body, i) => {
-        if (!first && this.replay.kind[body] === 1) return; // obstacles stay
+      const { bodies, places } = batch;
+      for (let i = 0; i < bodies.length; i++) {
+        const body = bodies[i];
+        if (!first && this.replay.kind[body] === 1) continue; // obstacles stay
         moved = true;
         this.replay.position(frame, body, this.position);
         this.replay.rotation(frame, body, this.quaternion);
-        place(this.position, this.quaternion, batch.places, 12 * i, into, 16 * i);
-      });
+        place(this.position, this.quaternion, places, 12 * i, into, 16 * i);
+      }
       if (moved) batch.moved();
     }
   }
@@ -70,12 +70,18 @@ export class Bodies {
     const colours = theme();
     const colour = new Color();
     for (const batch of this.batches) {
-      batch.edges.material.color.set(this.look === "ghost" ? colours.ghost : colours.edge);
+      const ghost = this.look === "ghost" && this.replay.kind[batch.bodies[0]] !== 1;
+      batch.edges.material.color.set(ghost ? colours.ghost : colours.edge);
       batch.bodies.forEach((body, i) => {
         batch.paint(i, colour.set(this.colourOf(body, hovered.includes(body), body === chosen)));
       });
       batch.painted();
     }
+  }
+
+  /** Draws solids with few triangles, or in full. */
+  setRough(on: boolean): void {
+    for (const batch of this.batches) batch.setRough(on);
   }
 
   /** Draws the edges of solids, or not. */
@@ -98,38 +104,35 @@ export class Bodies {
 
   /** Lets contacts behind bodies show through, or not. */
   setTransparent(on: boolean): void {
-    for (const { fill } of this.batches) {
-      if (fill) setOpacity(fill.material, on ? 0.35 : (fill.material.userData.opacity as number));
-    }
+    for (const each of this.batches.flatMap(({ materials }) => materials))
+      setOpacity(each, on ? 0.35 : (each.userData.opacity as number));
   }
 
   private colourOf(body: number, hovered: boolean, chosen: boolean): number {
     const colours = theme();
     if (chosen) return colours.chosen;
     if (hovered) return colours.hovered;
-    if (this.look === "ghost") return colours.ghost;
+    if (this.look === "ghost" && this.replay.kind[body] !== 1) return colours.ghost;
     return this.replay.kind[body] === 0 ? colours.bodies[body % colours.bodies.length] : colours.obstacle;
   }
 
   /** Batches of all forms: of those that many pieces share, one each; of the others, one for all. */
   private batched(found: Map<Form, Member[]>): Batch[] {
     const batches: Batch[] = [];
-    const singles: Single[] = [];
+    const [moving, resting]: Single[][] = [[], []];
     for (const [form, members] of found) {
-      const geometry = form.make();
-      const { fill, edges } = geometry;
-      const lone = members.length < FEW && this.replay.dimension === 3 && !this.rests(members);
-      if (lone && fill && !fill.userData.surface)
-        singles.push(...members.map((member) => ({ ...member, fill, edges })));
-      else batches.push(this.instances(geometry, members));
+      const rests = this.rests(members);
+      if (form.rough && members.length < FEW)
+        (rests ? resting : moving).push(...singlesOf(form, members, rests));
+      else batches.push(this.instances(form.make(), members));
     }
-    if (singles.length) batches.push(this.merged(singles));
+    for (const singles of [moving, resting]) if (singles.length) batches.push(this.merged(singles));
     return batches;
   }
 
   private instances(geometry: ReturnType<Form["make"]>, members: Member[]): Batch {
     const flat = this.replay.dimension === 2;
-    const ghost = this.look === "ghost";
+    const ghost = this.look === "ghost" && !this.rests(members); // obstacles look as those of the other run
     const { fill } = geometry;
     const glass = !!fill && !flat && !fill.userData.surface && this.rests(members);
     const opacity = ghost ? 0.3 : glass ? GLASS : 1;
@@ -141,13 +144,11 @@ export class Bodies {
   }
 
   private merged(singles: Single[]): Batch {
-    const ghost = this.look === "ghost";
-    const made = new Merged(
-      singles,
-      fillMaterial(false, ghost ? 0.3 : 1, FrontSide),
-      edgeMaterial(false, ghost),
-    );
-    made.fill.renderOrder = ghost ? 1 : 0;
+    const glass = this.rests(singles);
+    const ghost = this.look === "ghost" && !glass;
+    const opacity = ghost ? 0.3 : glass ? GLASS : 1;
+    const made = new Merged(singles, fillMaterial(false, opacity, FrontSide), edgeMaterial(false, ghost));
+    made.fill.renderOrder = ghost || glass ? 1 : 0;
     return made;
   }
 
@@ -157,8 +158,29 @@ export class Bodies {
   }
 }
 
+/** Pieces of a form, which share its geometries; obstacles, which are few and large, are never drawn roughly. */
+function singlesOf(form: Form, members: Member[], rests: boolean): Single[] {
+  const made = once(form.make);
+  const few = rests || !form.rough ? () => made().fill! : once(form.rough);
+  return members.map((member) => ({
+    ...member,
+    fill: () => made().fill!,
+    edges: () => made().edges,
+    rough: few,
+  }));
+}
+
+/** Makes something when it is first asked for. */
+function once<T>(make: () => T): () => T {
+  let made: T | undefined;
+  return () => {
+    made ??= make();
+    return made;
+  };
+}
+
 /** All pieces of all bodies that are drawn, by form. */
-function gathered(replay: Replay, reach: number, drawn: (body: number) => boolean): Map<Form, Member[]> {
+function gathered(replay: Replay, reach: number): Map<Form, Member[]> {
   const d = replay.dimension;
   const detail = { reach, round: replay.bodies > MANY ? 10 : 28 };
   const byShape = replay.table.shapes.map((shape) => piecesOf(shape, replay.table.space, detail));
@@ -170,7 +192,6 @@ function gathered(replay: Replay, reach: number, drawn: (body: number) => boolea
   const forms = new Map<string, Form>();
   const found = new Map<Form, Member[]>();
   for (let body = 0; body < replay.bodies; body++) {
-    if (!drawn(body)) continue;
     const pieces: Piece[] = replay.shape[body] < 0 ? particle : byShape[replay.shape[body]];
     const center = [0, 1, 2].map((axis) => (axis < d ? replay.center[body * d + axis] : 0));
     for (const { form, place } of pieces) {
@@ -188,13 +209,18 @@ function gathered(replay: Replay, reach: number, drawn: (body: number) => boolea
 
 /** Writes pose × place as a 4 × 4 matrix, column by column. */
 function place(
-  [x, y, z]: Float64Array,
-  [qx, qy, qz, qw]: Float64Array,
+  position: Float64Array,
+  quaternion: Float64Array,
   from: Float64Array,
   at: number,
   into: Float32Array,
   to: number,
 ): void {
+  // by number, for taking a list apart by pattern is slow
+  const qx = quaternion[0];
+  const qy = quaternion[1];
+  const qz = quaternion[2];
+  const qw = quaternion[3];
   const xx = 1 - 2 * (qy * qy + qz * qz);
   const xy = 2 * (qx * qy - qw * qz);
   const xz = 2 * (qx * qz + qw * qy);
@@ -205,11 +231,13 @@ function place(
   const zy = 2 * (qy * qz + qw * qx);
   const zz = 1 - 2 * (qx * qx + qy * qy);
   for (let c = 0; c < 4; c++) {
-    const [a, b, d] = [from[at + 3 * c], from[at + 3 * c + 1], from[at + 3 * c + 2]];
+    const a = from[at + 3 * c];
+    const b = from[at + 3 * c + 1];
+    const d = from[at + 3 * c + 2];
     const last = c === 3 ? 1 : 0;
-    into[to + 4 * c] = xx * a + xy * b + xz * d + last * x;
-    into[to + 4 * c + 1] = yx * a + yy * b + yz * d + last * y;
-    into[to + 4 * c + 2] = zx * a + zy * b + zz * d + last * z;
+    into[to + 4 * c] = xx * a + xy * b + xz * d + last * position[0];
+    into[to + 4 * c + 1] = yx * a + yy * b + yz * d + last * position[1];
+    into[to + 4 * c + 2] = zx * a + zy * b + zz * d + last * position[2];
     into[to + 4 * c + 3] = last;
   }
 }

@@ -44,15 +44,15 @@ function percentile(replay: Replay, bodies: number[], share: number): Vector3 {
   const position = new Float64Array(3);
   const frames = Math.min(FRAMES, replay.frames);
   for (let axis = 0; axis < replay.dimension; axis++) {
-    const values: number[] = [];
+    const values = new Float64Array(frames * bodies.length); // sorts as numbers, and fast
     for (let i = 0; i < frames; i++) {
       const frame = Math.round((i * (replay.frames - 1)) / Math.max(1, frames - 1));
-      for (const body of bodies) {
+      bodies.forEach((body, k) => {
         replay.position(frame, body, position);
-        values.push(position[axis]);
-      }
+        values[i * bodies.length + k] = position[axis];
+      });
     }
-    values.sort((a, b) => a - b);
+    values.sort();
     const few = values.length < 50 * FRAMES; // of few bodies all are wanted
     corner.setComponent(
       axis,

@@ -15,6 +15,7 @@ import { type Batch, type Hit, type Member, placesOf } from "./batch";
 export class Instances implements Batch {
   readonly fill: InstancedMesh<BufferGeometry, Material> | null;
   readonly edges: InstancedLines;
+  readonly materials: readonly Material[];
   readonly bodies: number[];
   readonly places: Float64Array;
 
@@ -26,6 +27,7 @@ export class Instances implements Batch {
   ) {
     this.bodies = members.map(({ body }) => body);
     this.places = placesOf(members);
+    this.materials = material ? [material] : [];
     this.edges = new InstancedLines(geometry.edges, lines, members.length);
     this.edges.instanceMatrix.setUsage(DynamicDrawUsage);
     this.edges.frustumCulled = false;
@@ -52,6 +54,8 @@ export class Instances implements Batch {
   painted(): void {
     if (this.fill?.instanceColor) this.fill.instanceColor.needsUpdate = true;
   }
+
+  setRough(): void {}
 
   pick(ray: Raycaster): Hit | undefined {
     if (!this.fill) return undefined;

@@ -16,13 +16,16 @@ import {
   Mesh,
   type Raycaster,
   RGBAFormat,
+  type ShaderMaterial,
 } from "three";
-import { type Batch, type Hit, type Member, placesOf } from "./batch";
+import { type Batch, type Hit, type Member, placesOf, setOpacity } from "./batch";
+import { litAtCorners } from "./plain";
 
-/** A piece and its geometry. */
+/** A piece and its geometry, which is made when it is drawn or pointed at. */
 export interface Single extends Member {
-  fill: BufferGeometry;
-  edges: BufferGeometry;
+  fill: () => BufferGeometry;
+  edges: () => BufferGeometry;
+  rough: () => BufferGeometry;
 }
 
 /** Pieces per row of the textures. */
@@ -31,6 +34,8 @@ const ROW = 64;
 /** See the file's head. */
 export class Merged implements Batch {
   readonly fill: Mesh<BufferGeometry, Material>;
+  /** Of the full drawing and of the rough one. */
+  readonly materials: [Material, ShaderMaterial];
   readonly edges: LineSegments<BufferGeometry, LineBasicMaterial>;
   readonly bodies: number[];
   readonly places: Float64Array;
@@ -39,9 +44,16 @@ export class Merged implements Batch {
   private readonly tints: DataTexture;
   private readonly tintValues: Float32Array;
   /** Each piece for itself, for pointing at it. */
-  private readonly targets: Mesh[];
+  private targets: Mesh[] | undefined;
+  private roughly = false;
+  private full: { fill: BufferGeometry; edges: BufferGeometry } | undefined;
+  private rough: BufferGeometry | undefined;
 
-  constructor(singles: Single[], material: Material, lines: LineBasicMaterial) {
+  constructor(
+    private readonly singles: Single[],
+    material: Material,
+    lines: LineBasicMaterial,
+  ) {
     this.bodies = singles.map(({ body }) => body);
     this.places = placesOf(singles);
     const rows = Math.ceil(singles.length / ROW);
@@ -52,10 +64,15 @@ export class Merged implements Batch {
     Object.assign(material, { vertexColors: true });
     this.patch(material, true);
     this.patch(lines, false);
-    this.fill = new Mesh(joined(singles.map(({ fill }) => fill)), material);
-    this.edges = new LineSegments(joined(singles.map(({ edges }) => edges)), lines);
+    this.materials = [material, litAtCorners(this.poses, this.tints, POSES)];
+    for (const each of this.materials) setOpacity(each, material.opacity);
+    this.materials[1].userData.opacity = material.userData.opacity;
+    this.fill = new Mesh(new BufferGeometry(), material);
+    this.fill.onBeforeRender = () => {
+      this.materials[1].uniforms.opacity.value = this.materials[1].opacity;
+    };
+    this.edges = new LineSegments(new BufferGeometry(), lines);
     this.fill.frustumCulled = this.edges.frustumCulled = false;
-    this.targets = singles.map(({ fill }) => new Mesh(fill, material));
   }
 
   moved(): void {
@@ -70,8 +87,28 @@ export class Merged implements Batch {
     this.tints.needsUpdate = true;
   }
 
+  setRough(on: boolean): void {
+    if (on) {
+      if (this.roughly) return;
+      this.rough ??= joined(this.singles.map(({ rough }) => rough()));
+      this.fill.geometry = this.rough;
+      this.fill.material = this.materials[1];
+    } else {
+      if (this.full && !this.roughly) return;
+      this.full ??= {
+        fill: joined(this.singles.map(({ fill }) => fill())),
+        edges: joined(this.singles.map(({ edges }) => edges())),
+      };
+      this.fill.geometry = this.full.fill;
+      this.fill.material = this.materials[0];
+      this.edges.geometry = this.full.edges;
+    }
+    this.roughly = on;
+  }
+
   pick(ray: Raycaster): Hit | undefined {
     let found: Hit | undefined;
+    this.targets ??= this.singles.map(({ fill }) => new Mesh(fill(), this.fill.material));
     this.targets.forEach((target, i) => {
       target.matrixWorld.fromArray(this.matrices, 16 * i);
       const [hit] = ray.intersectObject(target, false);
@@ -93,22 +130,26 @@ export class Merged implements Batch {
   }
 }
 
-/** Parts of three's vertex shaders, and what stands there instead: each corner moves with its piece. */
-const POSED: readonly (readonly [part: string, text: string])[] = [
-  [
-    "common",
-    `#include <common>
-    attribute float piece;
+/** Where a corner's piece has its pose, and the pose; for vertex shaders. */
+const POSES = `
+    in float piece;
     uniform highp sampler2D poses;
     uniform highp sampler2D tints;
-    vec4 column(ivec2 first, int number) { return texelFetch(poses, first + ivec2(number, 0), 0); }`,
-  ],
+    vec4 column(ivec2 first, int number) { return texelFetch(poses, first + ivec2(number, 0), 0); }
+    ivec2 homeOf(float piece) { return ivec2(int(piece) % ${ROW}, int(piece) / ${ROW}); }
+    mat4 poseAt(ivec2 home) {
+      ivec2 first = ivec2(4 * home.x, home.y);
+      return mat4(column(first, 0), column(first, 1), column(first, 2), column(first, 3));
+    }`;
+
+/** Parts of three's vertex shaders, and what stands there instead: each corner moves with its piece. */
+const POSED: readonly (readonly [part: string, text: string])[] = [
+  ["common", `#include <common>${POSES}`],
   [
     "uv_vertex",
     `#include <uv_vertex>
-    ivec2 home = ivec2(int(piece) % ${ROW}, int(piece) / ${ROW});
-    ivec2 first = ivec2(4 * home.x, home.y);
-    mat4 pose = mat4(column(first, 0), column(first, 1), column(first, 2), column(first, 3));`,
+    ivec2 home = homeOf(piece);
+    mat4 pose = poseAt(home);`,
   ],
   ["begin_vertex", "vec3 transformed = (pose * vec4(position, 1.0)).xyz;"],
 ];

@@ -1,34 +1,30 @@
-/** Impulses of many contacts as thin pyramids, all in one list: instances cost more where drawing is in software. */
+/**
+ * Impulses of many contacts as one triangle each that turns its side to the eye, all in one list: where drawing is in
+ * software instances cost more, and so does every triangle.
+ */
 
 import {
   BufferAttribute,
   BufferGeometry,
   type Color,
   DynamicDrawUsage,
-  type Matrix4,
   Mesh,
-  MeshBasicMaterial,
+  type RawShaderMaterial,
   Vector3,
 } from "three";
+import { unlit } from "./plain";
 
-/** Corners of a needle that is one long and one thick: three around its foot, and its tip. */
-const CORNERS = [0, 1, 2]
-  .map((i) => new Vector3(Math.sin((2 * Math.PI * i) / 3), 0, Math.cos((2 * Math.PI * i) / 3)))
-  .concat(new Vector3(0, 1, 0));
-/** Its three sides, seen from outside. */
-const SIDES = [0, 1, 3, 1, 2, 3, 2, 0, 3];
-const CORNER = new Vector3();
+const SIDE = new Vector3();
 
 /** See the file's head. */
 export class Needles {
-  readonly mesh: Mesh<BufferGeometry, MeshBasicMaterial>;
+  readonly mesh: Mesh<BufferGeometry, RawShaderMaterial>;
   private room = 0;
   private positions = new BufferAttribute(new Float32Array(0), 3);
-  private colours = new BufferAttribute(new Float32Array(0), 3);
+  private colours = new BufferAttribute(new Uint8Array(0), 4, true);
 
   constructor() {
-    const over = { depthTest: false, depthWrite: false, transparent: true, vertexColors: true };
-    this.mesh = new Mesh(new BufferGeometry(), new MeshBasicMaterial(over));
+    this.mesh = new Mesh(new BufferGeometry(), unlit());
     this.mesh.frustumCulled = false;
     this.mesh.renderOrder = 11;
   }
@@ -37,32 +33,54 @@ export class Needles {
   grow(count: number): void {
     if (count <= this.room) return;
     this.room = 2 ** Math.ceil(Math.log2(count));
-    const corners = (): BufferAttribute =>
-      new BufferAttribute(new Float32Array(12 * this.room), 3).setUsage(DynamicDrawUsage);
-    this.positions = corners();
-    this.colours = corners();
-    const sides = new Uint32Array(9 * this.room);
-    for (let i = 0; i < sides.length; i++) sides[i] = 4 * Math.floor(i / 9) + SIDES[i % 9];
+    this.positions = new BufferAttribute(new Float32Array(9 * this.room), 3).setUsage(DynamicDrawUsage);
+    this.colours = new BufferAttribute(new Uint8Array(12 * this.room), 4, true).setUsage(DynamicDrawUsage);
     this.mesh.geometry.dispose();
     this.mesh.geometry = new BufferGeometry()
       .setAttribute("position", this.positions)
-      .setAttribute("color", this.colours)
-      .setIndex(new BufferAttribute(sides, 1));
+      .setAttribute("color", this.colours);
   }
 
-  /** Puts a needle where a matrix places it. */
-  set(slot: number, place: Matrix4, colour: Color): void {
-    for (let i = 0; i < 4; i++) {
-      CORNER.copy(CORNERS[i])
-        .applyMatrix4(place)
-        .toArray(this.positions.array, 12 * slot + 3 * i);
-      colour.toArray(this.colours.array, 12 * slot + 3 * i);
+  /** Puts a needle at a point, along a unit vector, seen from `eye`; length and radius in m. */
+  set(
+    slot: number,
+    at: Vector3,
+    along: Vector3,
+    length: number,
+    radius: number,
+    eye: Vector3,
+    colour: Color,
+  ): void {
+    // across both the needle and the way to the eye
+    SIDE.subVectors(eye, at).cross(along);
+    SIDE.multiplyScalar(radius / (SIDE.length() || 1));
+    const into = this.positions.array;
+    const to = 9 * slot;
+    into[to] = at.x - SIDE.x;
+    into[to + 1] = at.y - SIDE.y;
+    into[to + 2] = at.z - SIDE.z;
+    into[to + 3] = at.x + SIDE.x;
+    into[to + 4] = at.y + SIDE.y;
+    into[to + 5] = at.z + SIDE.z;
+    into[to + 6] = at.x + length * along.x;
+    into[to + 7] = at.y + length * along.y;
+    into[to + 8] = at.z + length * along.z;
+    const hex = colour.getHex();
+    const tints = this.colours.array;
+    for (let k = 12 * slot; k < 12 * slot + 12; k += 4) {
+      tints[k] = hex >> 16;
+      tints[k + 1] = (hex >> 8) & 255;
+      tints[k + 2] = hex & 255;
     }
   }
 
   /** Draws the first `count` needles. */
   show(count: number): void {
-    this.mesh.geometry.setDrawRange(0, 9 * count);
-    this.positions.needsUpdate = this.colours.needsUpdate = true;
+    this.mesh.geometry.setDrawRange(0, 3 * count);
+    for (const values of [this.positions, this.colours]) {
+      values.clearUpdateRanges();
+      values.addUpdateRange(0, 3 * values.itemSize * count);
+      values.needsUpdate = true;
+    }
   }
 }

@@ -12,6 +12,8 @@ export interface Form {
   size: [number, number, number];
   /** Fill and edges, made once per key. */
   make(): { fill: BufferGeometry | null; edges: BufferGeometry };
+  /** Convex solids only: a fill of few triangles, in the size of the other. */
+  rough?: () => BufferGeometry;
 }
 
 /** How shapes are drawn. */

@@ -17,6 +17,7 @@ import {
 import { ConvexGeometry } from "three/addons/geometries/ConvexGeometry.js";
 import type { ShapeTable } from "../data/payload";
 import type { Detail, Form } from "./pieces";
+import { ofBall, ofBox, ofCone, ofCylinder, ofPoints, rough, roughBox, swept } from "./rough";
 
 /** Faces that meet at more than this have an edge drawn between them [degrees]. */
 const SHARP = 25;
@@ -25,51 +26,65 @@ const SHARP = 25;
 export function spatialForm(shape: ShapeTable, { reach, round }: Detail): Form {
   const radius = shape.radius as number;
   const height = shape.height as number;
+  const points = shape.points as number[][];
+  const size = shape.size as [number, number, number];
   switch (shape.type) {
     case "sphere":
-      return form("sphere", [radius, radius, radius], () => ball(1, round));
+      return form("sphere", [radius, radius, radius], () => ball(1, round), rough(ofBall));
     case "box":
-      return form("box", shape.size as [number, number, number], () => solid(new BoxGeometry(1, 1, 1)));
+      return form("box", size, () => solid(new BoxGeometry(1, 1, 1)), roughBox([1, 1, 1], 0));
     case "cylinder":
-      return form("cylinder", [radius, radius, height], () =>
-        solid(upright(new CylinderGeometry(1, 1, 1, round)), true),
+      return form(
+        "cylinder",
+        [radius, radius, height],
+        () => solid(upright(new CylinderGeometry(1, 1, 1, round)), true),
+        rough(ofCylinder(1, 1)),
       );
     case "cone":
-      return form("cone", [radius, radius, height], () =>
-        solid(upright(new ConeGeometry(1, 1, round)), true),
+      return form(
+        "cone",
+        [radius, radius, height],
+        () => solid(upright(new ConeGeometry(1, 1, round)), true),
+        rough(ofCone(1, 1)),
       );
-    case "capsule":
-      return own(shape, () => capsule(radius, shape.length as number, round));
+    case "capsule": {
+      const length = shape.length as number;
+      return own(shape, () => capsule(radius, length, round), rough(swept(ofBox([0, 0, length]), radius)));
+    }
     case "convex_hull":
-      return own(shape, () => solid(hullOf(shape.points as number[][], 0, round)));
+      return own(shape, () => solid(hullOf(points, 0, round)), rough(ofPoints(points)));
     case "round_convex_hull":
-      return own(shape, () => solid(hullOf(shape.points as number[][], radius, round)));
+      return own(shape, () => solid(hullOf(points, radius, round)), rough(swept(ofPoints(points), radius)));
     case "round_box":
-      return own(shape, () => solid(hullOf(boxCorners(shape.size as number[]), radius, round)));
-    case "round_cylinder":
-      return own(shape, () =>
-        solid(
-          hullOf(
-            [...circle(radius, height / 2, round), ...circle(radius, -height / 2, round)],
-            shape.rounding as number,
-            round,
+      return own(shape, () => solid(hullOf(boxCorners(size), radius, round)), roughBox(size, radius));
+    case "round_cylinder": {
+      const [ends, rounding] = [[height / 2, -height / 2], shape.rounding as number];
+      return own(
+        shape,
+        () =>
+          solid(
+            hullOf(
+              ends.flatMap((z) => circle(radius, z, round)),
+              rounding,
+              round,
+            ),
           ),
-        ),
+        rough(swept(ofCylinder(radius, height), rounding)),
       );
-    case "round_cone":
-      return own(shape, () =>
-        solid(
-          hullOf(
-            [...circle(radius, -height / 2, round), [0, 0, height / 2]],
-            shape.rounding as number,
-            round,
-          ),
-        ),
+    }
+    case "round_cone": {
+      const rounding = shape.rounding as number;
+      const corners = (): number[][] => [...circle(radius, -height / 2, round), [0, 0, height / 2]];
+      return own(
+        shape,
+        () => solid(hullOf(corners(), rounding, round)),
+        rough(swept(ofCone(radius, height), rounding)),
       );
+    }
     case "tri_mesh":
       return own(shape, () => mesh(shape.vertices as number[][], (shape.triangles as number[][]).flat()));
     case "height_field":
-      return own(shape, () => terrain(shape.heights as number[][], shape.size as number[]));
+      return own(shape, () => terrain(shape.heights as number[][], shape.size as unknown as number[]));
     case "half_space":
       return own(shape, () => halfSpace(shape.normal as number[], reach));
     case "cavity":
@@ -79,13 +94,13 @@ export function spatialForm(shape: ShapeTable, { reach, round }: Detail): Form {
   }
 }
 
-function form(key: string, size: [number, number, number], make: Form["make"]): Form {
-  return { key: `spatial ${key}`, size, make };
+function form(key: string, size: Form["size"], make: Form["make"], few?: Form["rough"]): Form {
+  return { key: `spatial ${key}`, size, make, ...(few ? { rough: few } : {}) };
 }
 
 /** A form that only equal shapes share. */
-function own(shape: ShapeTable, make: Form["make"]): Form {
-  return form(JSON.stringify(shape), [1, 1, 1], make);
+function own(shape: ShapeTable, make: Form["make"], few?: Form["rough"]): Form {
+  return form(JSON.stringify(shape), [1, 1, 1], make, few);
 }
 
 /** A surface with its sharp edges; round ones also get a spoke on top, so that turning is seen. */

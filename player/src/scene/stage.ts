@@ -20,14 +20,15 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { element } from "../dom";
 import { theme } from "../theme";
 
 /** A drawing that takes longer than this, in the median of nine, is made coarser [ms]. */
 const SLOW = 40;
 /** Resolution while slow drawings follow each other, in pixels of the drawing per pixel of the page [1]. */
 const COARSE = 0.6;
-/** After this long without another one a coarse drawing is made again in full [ms]. */
-const REST = 250;
+/** After this long, and twice as long as it took, without another one a coarse drawing is made again in full [ms]. */
+const REST = 150;
 
 /** A part of the canvas with what is drawn there; from 0 to 1 of the width. */
 export interface View {
@@ -53,8 +54,9 @@ export class Stage {
   private readonly sun = new DirectionalLight(0xffffff, 1.7);
   /** The drawing that is asked for, or 0. */
   private asked = 0;
-  private slow = false;
-  private coarse = false;
+  private slow: boolean;
+  /** Whether the drawing is coarse, as it is while time moves and drawing takes long. */
+  coarse = false;
   private resting: ReturnType<typeof setTimeout> | undefined;
   private taken: number[] = [];
   private home: Box3 | undefined;
@@ -67,10 +69,10 @@ export class Stage {
     private readonly up: Vector3,
     smooth: boolean,
   ) {
-    this.renderer = new WebGLRenderer({ antialias: smooth, preserveDrawingBuffer: true });
-    this.canvas = this.renderer.domElement;
+    this.canvas = element("canvas", { "aria-label": "the scene" });
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, context: opaque(this.canvas, smooth) });
+    this.slow = !smooth; // until it is measured, so that the first drawing of many bodies comes soon
     this.canvas.tabIndex = 0;
-    this.canvas.setAttribute("aria-label", "the scene");
     host.append(this.canvas);
     this.camera = flat ? new OrthographicCamera() : new PerspectiveCamera(38, 1, 0.01, 1000);
     if (!flat) this.camera.up.copy(up);
@@ -144,9 +146,14 @@ export class Stage {
     const begun = performance.now();
     this.render();
     // the graphics processor works on after the calls have returned; the next frame of the page waits for it
-    requestAnimationFrame(() => this.judge(performance.now() - begun));
     clearTimeout(this.resting);
-    if (this.coarse) this.resting = setTimeout(() => this.drawFull(), REST);
+    requestAnimationFrame(() => {
+      const taken = performance.now() - begun;
+      this.judge(taken);
+      clearTimeout(this.resting);
+      // where drawings take long, the next one may still come: a full one between them would cost several
+      if (this.coarse && !this.asked) this.resting = setTimeout(() => this.drawFull(), REST + 2 * taken);
+    });
   }
 
   private render(): void {
@@ -288,4 +295,17 @@ export class Stage {
     this.taken = [];
     this.slow = median > (this.slow ? SLOW / 4 : SLOW);
   }
+}
+
+/** What three draws with; opaque, which it cannot be asked for: a page mixes nothing with what lies under it. */
+function opaque(canvas: HTMLCanvasElement, antialias: boolean): WebGL2RenderingContext {
+  const context = canvas.getContext("webgl2", {
+    alpha: false,
+    antialias,
+    powerPreference: "high-performance",
+    preserveDrawingBuffer: true, // pictures and films read it after it was drawn
+  });
+  if (!context)
+    throw new Error("This browser draws nothing in three dimensions (WebGL 2 is missing or off).");
+  return context;
 }

@@ -17,6 +17,10 @@ export type Compare = "ghosts" | "beside" | "first" | "second";
 
 /** A click is a press that moved less than this [px]. */
 const STILL = 5;
+/** While drawings are coarse, bodies smaller than this are drawn with few triangles [px]. */
+const SMALL = 48;
+/** While drawings are coarse, impulses shorter than this are left out [px]. */
+const SHORT = 1.5;
 
 /** See the file's head. */
 export class SceneView {
@@ -26,6 +30,8 @@ export class SceneView {
   readonly tip = element("div", { class: "tip", role: "status" });
   private readonly bodies: Bodies;
   private readonly other: Bodies | undefined;
+  /** Size of a usual body [m]. */
+  private readonly usual: number;
   private compare: Compare = "ghosts";
   private transparent = false;
   private readonly last = new Vector3();
@@ -39,13 +45,15 @@ export class SceneView {
     private readonly selection: Selection,
   ) {
     const extent = extentOf(replay);
+    this.usual = extent.body;
     this.stage = new Stage(host, replay.dimension === 2, upOf(replay), replay.bodies <= MANY);
     this.bodies = new Bodies(replay, "solid", extent.reach);
     this.arrows = new Arrows(replay, Math.min(extent.body, extent.reach / 16));
     this.stage.add(this.bodies.obstacles, this.bodies.group, this.arrows.group);
     if (second) {
       this.other = new Bodies(second, "ghost", extent.reach);
-      this.stage.add(this.other.group);
+      this.stage.add(this.other.obstacles, this.other.group);
+      this.other.obstacles.visible = false;
     }
     host.append(this.tip);
     this.stage.lookAt(extent.box);
@@ -63,8 +71,11 @@ export class SceneView {
   setCompare(how: Compare): void {
     this.compare = how;
     const show = (first: boolean, second: boolean) => () => {
-      this.bodies.group.visible = this.arrows.group.visible = first;
-      if (this.other) this.other.group.visible = second;
+      this.bodies.group.visible = this.arrows.group.visible = this.bodies.obstacles.visible = first;
+      if (!this.other) return;
+      this.other.group.visible = second;
+      // of both runs together those of the first are enough: they are at the same places
+      this.other.obstacles.visible = second && !first;
     };
     this.stage.views =
       how === "beside"
@@ -110,9 +121,13 @@ export class SceneView {
   /** Brings everything to the frame shown, before it is drawn. */
   private update(): void {
     const { frame } = this.clock;
+    const rough = this.stage.coarse && this.usual < SMALL * this.stage.scale();
+    for (const each of [this.bodies, this.other]) each?.setRough(rough);
     this.follow(frame);
     this.bodies.show(frame);
     if (this.second && this.other) this.other.show(this.second.frameAt(this.clock.time));
+    if (this.replay.dimension === 3) this.arrows.eye.copy(this.stage.camera.position);
+    this.arrows.shortest = this.stage.coarse ? SHORT * this.stage.scale() : 0;
     this.arrows.show(frame, this.selection.hoveredContacts, this.worst());
   }
 

@@ -4,7 +4,7 @@ Layout: the length of the table [4 bytes, little-endian], the table as JSON (UTF
 little-endian, each at a multiple of eight. The table names for each array its type, shape, offset and filter:
 "delta" stores differences along the first axis (modulo 2^16), "shuffle" all low bytes before all high ones;
 both make what changes little compress well. Base64 has no character that ends a script, so names of bodies
-cannot either. Knows no run.
+cannot either. Parts of a large block are packed each for itself and divided by dots. Knows no run.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ Array = npt.NDArray[Any]
 
 #: Version of this layout; the page refuses another.
 VERSION = 1
+#: A block is packed in parts that a browser unpacks at the same time: how many, and no smaller than [bytes].
+_MOST_PARTS, _SMALLEST_PART = 4, 1_000_000
 _TYPES = {
     "|u1": "u1",
     "<u2": "u2",
@@ -62,8 +64,12 @@ class Payload:
         return b"".join([len(table).to_bytes(4, "little"), table, *parts])
 
     def packed(self) -> str:
-        """Base64 of gzip; the same bytes for the same content."""
-        return base64.b64encode(gzip.compress(self.raw(), compresslevel=6, mtime=0)).decode("ascii")
+        """Base64 of gzip, large blocks as parts divided by dots; the same bytes for the same content."""
+        raw = self.raw()
+        size = max(-(-len(raw) // _MOST_PARTS), _SMALLEST_PART)
+        parts = [raw[begin : begin + size] for begin in range(0, len(raw), size)]
+        packed = [base64.b64encode(gzip.compress(part, compresslevel=6, mtime=0)) for part in parts]
+        return b".".join(packed).decode("ascii")
 
 
 def encoded(table: Mapping[str, Any]) -> bytes:

@@ -19,8 +19,7 @@ pub struct Energy {
 impl Energy {
     /// Sum over all bodies that can move, in order of index.
     pub fn of<S: Geometry>(bodies: &Bodies<S>, gravity: S::Vector) -> Self {
-        let movers = (0..bodies.len()).filter(|&i| bodies.is_dynamic(i));
-        Energy::sum(bodies, movers, gravity)
+        Energy::sum(bodies, bodies.dynamic(), gravity)
     }
     /// Sum over some of them, given by their indices.
     pub fn of_some<S: Geometry>(bodies: &Bodies<S>, some: &[usize], gravity: S::Vector) -> Self {
@@ -58,7 +57,7 @@ pub struct Momenta<S: Space> {
 impl<S: Geometry> Momenta<S> {
     /// Sum over all bodies that can move.
     pub fn of(bodies: &Bodies<S>) -> Self {
-        Momenta::sum(bodies, (0..bodies.len()).filter(|&i| bodies.is_dynamic(i)))
+        Momenta::sum(bodies, bodies.dynamic())
     }
     /// Sum over some of them, given by their indices.
     pub fn of_some(bodies: &Bodies<S>, some: &[usize]) -> Self {

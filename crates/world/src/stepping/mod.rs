@@ -45,6 +45,8 @@ impl SchemeReport {
 
 /// What a step asks for, and tells, outside.
 pub struct Outside<'a, 'l, 'w, S: Geometry> {
+    /// Nothing but gravity acts: `loads` would give zeros.
+    pub quiet: bool,
     /// Gives the applied wrenches.
     pub loads: &'a mut Loads<'l, S>,
     /// Told of long solves.
@@ -62,7 +64,8 @@ pub(crate) fn damp<S: Geometry>(
 ) {
     // the potential energy does not change here
     let marks = accounts.marks(bodies, S::Vector::ZERO);
-    for i in 0..bodies.len() {
+    for k in 0..bodies.movers().len() {
+        let i = bodies.movers()[k] as usize;
         let d = &bodies.data[i];
         let (linear, angular) = (d.linear_damping, d.angular_damping);
         if !bodies.is_dynamic(i) || (linear == 0.0 && angular == 0.0) {

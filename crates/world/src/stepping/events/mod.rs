@@ -128,7 +128,7 @@ impl<S: Geometry> EventsScheme<S> {
         bodies: &mut Bodies<S>,
         settings: &Settings<S>,
         step: &Step<S>,
-        Outside { loads, watch, tape }: Outside<S>,
+        Outside { loads, watch, tape, .. }: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
         choose_solver(&mut self.solver, settings);

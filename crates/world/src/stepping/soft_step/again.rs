@@ -1,5 +1,5 @@
-//! Contacts used again. While both bodies of a pair have hardly moved since the narrow phase looked at it, the points and the
-//! normal that it found stand, and gaps follow from the bodies' motion since then, exactly: with dp and R of a body and
+//! Contacts used again. While the bodies of a pair have hardly moved against each other since the narrow phase looked at it,
+//! and hardly turned, the points and the normal that it found stand, and gaps follow from the bodies' motion since then, exactly: with dp and R of a body and
 //! e = R^T n - n, a point r from its centre moves by n.dp + e.r along n. It saves the search, and it steadies: points that
 //! are found anew at every step jump between corners that lie on each other, and lose their forces when they do.
 //! Only faces on faces: what rolls needs its points anew.
@@ -12,7 +12,8 @@ use crate::settings::Settings;
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::{Column, Rotation};
 
-/// Share of the smaller body's size by which both may have moved together \[1\]. Points are looked for at least as far.
+/// Share of the smaller body's size by which both may have moved against each other, and turned, since \[1\]. Points are
+/// looked for at least as far.
 pub const AGAIN: f64 = 0.01;
 
 /// Appends known contacts.
@@ -49,7 +50,10 @@ impl<S: Geometry> Again<'_, S> {
         }
         let size = data[a].extent.min(data[b].extent);
         let (moved_a, moved_b) = (self.motion(a, patch, 0), self.motion(b, patch, 1));
-        if moved_a.drift + moved_b.drift > AGAIN * size {
+        // what both moved by together takes the points along
+        let drift = (moved_a.by - moved_b.by).norm() + moved_a.swing + moved_b.swing;
+        // not a number where an attitude was none
+        if drift.is_nan() || drift > AGAIN * size {
             return false;
         }
         let normal = column::<S::Vector>(&patch.seen.normal);
@@ -77,10 +81,10 @@ impl<S: Geometry> Again<'_, S> {
         let before = S::Rotation::from_slice(&patch.seen.attitudes[which][..S::Rotation::LEN]);
         let now = self.bodies.motion.rotation[i];
         if by == S::Vector::ZERO && before == Some(now) {
-            return Moved { from, by, turn: None, drift: 0.0 };
+            return Moved { from, by, turn: None, swing: 0.0 };
         }
         let Some(before) = before else {
-            return Moved { from, by, turn: None, drift: f64::INFINITY };
+            return Moved { from, by, turn: None, swing: f64::INFINITY };
         };
         let turn = before.inverse().then(&now);
         let d = &self.bodies.data[i];
@@ -88,8 +92,8 @@ impl<S: Geometry> Again<'_, S> {
         let apart = now.as_slice().iter().zip(before.as_slice()).map(|(a, b)| (a - b) * (a - b));
         let angle = apart.sum::<f64>().sqrt() * if S::SPIN == 1 { 1.0 } else { 2.0 };
         let arm = 0.5 * d.extent + d.mass_properties.center.norm();
-        let drift = by.norm() + if angle > 0.0 { angle * arm } else { 0.0 };
-        Moved { from, by, turn: Some(turn), drift }
+        let swing = if angle > 0.0 { angle * arm } else { 0.0 };
+        Moved { from, by, turn: Some(turn), swing }
     }
 }
 
@@ -98,8 +102,8 @@ struct Moved<S: Geometry> {
     from: S::Vector,
     by: S::Vector,
     turn: Option<S::Rotation>,
-    /// The farthest that a point of its surface moved \[m\].
-    drift: f64,
+    /// The farthest that turning carried a point of its surface \[m\].
+    swing: f64,
 }
 
 impl<S: Geometry> Moved<S> {

@@ -39,7 +39,8 @@ pub struct SoftStep<S: Geometry> {
     patches: Vec<Patch<S>>,
     /// Touches of each patch's points; `u32::MAX` for points it has not.
     members: Vec<S::Points<u32>>,
-    /// Record of each body: 0 for obstacles at rest, `u32::MAX` for bodies that touch nothing.
+    /// Record of each body: 0 for obstacles at rest, `u32::MAX` for bodies that touch nothing. Those of fixed bodies may be
+    /// of an earlier step.
     record_of: Vec<u32>,
     /// Body of each record.
     body_of: Vec<u32>,
@@ -51,6 +52,10 @@ pub struct SoftStep<S: Geometry> {
     start: Vec<Twist<S>>,
     /// What free rotation adds to the spin at the step's end.
     after: Vec<S::Spin>,
+    /// For which standing bodies the columns over all bodies hold what does not change.
+    made_for: Option<u64>,
+    /// The loads are zeros.
+    quiet: bool,
     /// The applied loads of the last step.
     pub loads: Vec<Wrench<S>>,
     /// None: impacts are part of the substeps.
@@ -77,6 +82,8 @@ impl<S: Geometry> Default for SoftStep<S> {
             again: Vec::new(),
             start: Vec::new(),
             after: Vec::new(),
+            made_for: None,
+            quiet: false,
             loads: Vec::new(),
             impacts: Impacts::default(),
             joints: Vec::new(),
@@ -104,11 +111,12 @@ impl<S: Geometry> SoftStep<S> {
     ) -> Result<SchemeReport, StepError> {
         refuse(bodies, touches, step.time)?;
         let mut report = SchemeReport::default();
+        self.make_room(bodies);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
-        (outside.loads)(step.time + 0.5 * step.dt, bodies, &mut self.loads)?;
+        self.load(bodies, step, outside)?;
         self.turn_freely(bodies, settings, step, &mut report.ledger);
         let choice = choice(settings, step);
-        self.rigid.begin(bodies, &self.loads, step);
+        self.rigid.begin(bodies, step);
         self.gather(bodies, touches, step, &choice);
         self.patch(bodies, touches, before, &choice);
         let fixed = &self.fixed;
@@ -123,6 +131,36 @@ impl<S: Geometry> SoftStep<S> {
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         self.remember(bodies, (touches, before), warm, &choice);
         Ok(report)
+    }
+
+    /// Columns over all bodies; what they hold of fixed ones is made where those are others than before.
+    fn make_room(&mut self, bodies: &Bodies<S>) {
+        if self.made_for.is_some() && self.made_for == bodies.standing() {
+            return;
+        }
+        self.made_for = bodies.standing();
+        let count = bodies.len();
+        (self.start.clear(), self.after.clear(), self.record_of.clear());
+        self.start.resize(count, Twist::default());
+        self.after.resize(count, S::Spin::ZERO);
+        self.record_of.resize(count, motion::NONE);
+        self.rigid.position.clone_from(&bodies.motion.position);
+        self.rigid.rotation.clone_from(&bodies.motion.rotation);
+        self.quiet = false;
+    }
+
+    /// The loads in the middle of the step.
+    fn load(&mut self, bodies: &Bodies<S>, step: &Step<S>, outside: Outside<S>) -> Result<(), StepError> {
+        if !outside.quiet {
+            self.quiet = false;
+            return (outside.loads)(step.time + 0.5 * step.dt, bodies, &mut self.loads);
+        }
+        if !self.quiet {
+            self.loads.clear();
+            self.loads.resize(bodies.len(), Wrench::default());
+            self.quiet = true;
+        }
+        Ok(())
     }
 
     /// How far from done the last sweep was.
@@ -170,7 +208,8 @@ impl<S: Geometry> SoftStep<S> {
     /// Velocities after all impulses of the step, at the places where it began; every joule booked by the kick identity,
     /// the contacts' own by the solver.
     fn kick(&mut self, bodies: &mut Bodies<S>, touches: &[Touch<S>], step: &Step<S>, ledger: &mut Ledger) {
-        for i in 0..bodies.len() {
+        for k in 0..bodies.movers().len() {
+            let i = bodies.movers()[k] as usize;
             if !bodies.is_dynamic(i) {
                 continue;
             }
@@ -188,8 +227,7 @@ impl<S: Geometry> SoftStep<S> {
         ledger.driven += self.driven(bodies, touches);
         if self.accounts.are_kept() {
             let after: Vec<Twist<S>> = (0..bodies.len()).map(|i| bodies.motion.twist(i)).collect();
-            let found = (&self.solver, self.patches.as_slice(), self.members.as_slice());
-            let (problem, impulses, _) = self.rigid.get(bodies, touches, found);
+            let (problem, impulses, _) = self.rigid.get(bodies, touches, self.found());
             self.accounts.loads(bodies, (&self.start, &after), step.dt, step.gravity, &self.loads);
             self.accounts.kick(bodies, problem, impulses, (&self.start, &after), |_| Cause::Contact);
         }
@@ -198,11 +236,10 @@ impl<S: Geometry> SoftStep<S> {
     /// Work that moving obstacles did \[J\]; it is part of the contacts' lines.
     fn driven(&self, bodies: &Bodies<S>, touches: &[Touch<S>]) -> f64 {
         let moves = |i: usize| !bodies.is_dynamic(i) && self.start[i] != Twist::default();
-        if !(0..bodies.len()).any(moves) {
+        if !bodies.movers().iter().any(|i| moves(*i as usize)) {
             return 0.0;
         }
-        let found = (&self.solver, self.patches.as_slice(), self.members.as_slice());
-        let (problem, impulses, _) = self.rigid.get(bodies, touches, found);
+        let (problem, impulses, _) = self.rigid.get(bodies, touches, self.found());
         let after: Vec<Twist<S>> = (0..bodies.len()).map(|i| bodies.motion.twist(i)).collect();
         let mut ledger = Ledger::default();
         crate::assembly::contact_work(
@@ -219,7 +256,17 @@ impl<S: Geometry> SoftStep<S> {
 
     /// The step's rigid contact problem, the impulses that the springs gave over it, and the touch of each contact.
     pub fn contact(&self, bodies: &Bodies<S>, touches: &[Touch<S>]) -> problem::Told<'_, S> {
-        self.rigid.get(bodies, touches, (&self.solver, self.patches.as_slice(), self.members.as_slice()))
+        self.rigid.get(bodies, touches, self.found())
+    }
+
+    fn found(&self) -> problem::Found<'_, S> {
+        problem::Found {
+            solver: &self.solver,
+            patches: &self.patches,
+            members: &self.members,
+            start: &self.start,
+            loads: &self.loads,
+        }
     }
 }
 

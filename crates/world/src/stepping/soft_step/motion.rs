@@ -41,15 +41,17 @@ impl<S: Geometry> SoftStep<S> {
         step: &Step<S>,
         ledger: &mut Ledger,
     ) {
-        self.after.clear();
-        self.after.resize(bodies.len(), S::Spin::ZERO);
         let tumbles = |bodies: &Bodies<S>, i: usize| {
             bodies.motion.angular_velocity[i] != S::Spin::ZERO && !turns_steadily(bodies, i)
         };
-        if (0..bodies.len()).any(|i| tumbles(bodies, i)) {
+        for i in bodies.movers().iter().map(|i| *i as usize) {
+            self.after[i] = S::Spin::ZERO;
+        }
+        if bodies.movers().iter().any(|i| tumbles(bodies, *i as usize)) {
             let before = Energy::of(bodies, step.gravity);
             let marks = self.accounts.marks(bodies, step.gravity);
-            for i in 0..bodies.len() {
+            for k in 0..bodies.movers().len() {
+                let i = bodies.movers()[k] as usize;
                 if tumbles(bodies, i) {
                     self.after[i] = mean_spin(bodies, settings, i, step.dt);
                 }
@@ -57,8 +59,9 @@ impl<S: Geometry> SoftStep<S> {
             ledger.integrator += Energy::of(bodies, step.gravity).total() - before.total();
             self.accounts.moved(&marks, bodies, step.gravity, Motive::Integrator);
         }
-        self.start.clear();
-        self.start.extend((0..bodies.len()).map(|i| bodies.motion.twist(i)));
+        for i in bodies.movers().iter().map(|i| *i as usize) {
+            self.start[i] = bodies.motion.twist(i);
+        }
     }
 
     /// Records of all bodies that touch something.
@@ -70,26 +73,28 @@ impl<S: Geometry> SoftStep<S> {
         choice: &SoftChoice,
     ) {
         self.solver.begin();
-        self.record_of.clear();
-        self.record_of.resize(bodies.len(), NONE);
+        for i in bodies.movers() {
+            self.record_of[*i as usize] = NONE;
+        }
         self.body_of.clear();
         self.body_of.push(NONE);
         self.fixed.clear();
         self.fixed.push(true);
+        // one record serves all obstacles at rest; its name in reports is the last one's
+        let mut resting = None;
         for t in touches {
             for i in [t.a, t.b] {
                 self.record_of[i] = 0;
+                if !bodies.is_dynamic(i) && self.start[i] == Twist::default() {
+                    resting = resting.max(Some(i as u32));
+                }
             }
         }
+        self.body_of[0] = resting.unwrap_or(NONE);
         let h = step.dt / choice.substeps as f64;
-        for i in 0..bodies.len() {
+        for i in bodies.movers().iter().map(|i| *i as usize) {
             let dynamic = bodies.is_dynamic(i);
-            if self.record_of[i] == NONE {
-                continue;
-            }
-            if !dynamic && self.start[i] == Twist::default() {
-                // one record serves all obstacles at rest; its name in reports is the last one's
-                self.body_of[0] = i as u32;
+            if self.record_of[i] == NONE || (!dynamic && self.start[i] == Twist::default()) {
                 continue;
             }
             let inverse = bodies.inverse_mass(i);
@@ -134,7 +139,8 @@ impl<S: Geometry> SoftStep<S> {
 
     /// Moves all poses to the step's end.
     pub(super) fn displace(&self, bodies: &mut Bodies<S>, step: &Step<S>) {
-        for i in 0..bodies.len() {
+        for k in 0..bodies.movers().len() {
+            let i = bodies.movers()[k] as usize;
             let (start, end) = (self.start[i], bodies.motion.twist(i));
             let record = self.record_of[i];
             if record == NONE || record == 0 || self.fixed[record as usize] {

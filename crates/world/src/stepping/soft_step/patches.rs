@@ -153,7 +153,8 @@ impl<S: Geometry> SoftStep<S> {
         for (k, members) in self.members.iter().enumerate() {
             let told = self.solver.result(k);
             let n = count::<S>(members);
-            if told.last.slice().iter().all(|x| *x == 0.0) {
+            // a face that bears nothing is kept too: its points are used again
+            if n < S::DIM && told.last.slice().iter().all(|x| *x == 0.0) {
                 continue;
             }
             let t = &touches[members[0] as usize];

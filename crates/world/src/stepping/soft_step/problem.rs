@@ -18,8 +18,19 @@ use std::sync::OnceLock;
 /// A problem, its impulses, and the touch of each contact.
 pub type Told<'a, S> = (&'a ContactProblem<S>, &'a Impulses<S>, &'a [usize]);
 
-/// What the soft solver found: itself, its patches and their touches.
-pub type Found<'a, S> = (&'a SoftSolver<S>, &'a [Patch<S>], &'a [<S as carom_math::Wide>::Points<u32>]);
+/// What a soft step began with and found.
+pub struct Found<'a, S: Geometry> {
+    /// The solver with its impulses.
+    pub solver: &'a SoftSolver<S>,
+    /// Its patches.
+    pub patches: &'a [Patch<S>],
+    /// Their touches.
+    pub members: &'a [S::Points<u32>],
+    /// Velocities at the start.
+    pub start: &'a [Twist<S>],
+    /// Applied loads.
+    pub loads: &'a [Wrench<S>],
+}
 
 /// The state at the step's start, and the problem when it has been asked for.
 pub struct Rigid<S: Geometry> {
@@ -27,42 +38,46 @@ pub struct Rigid<S: Geometry> {
     pub position: Vec<S::Vector>,
     /// Attitudes at the step's start.
     pub rotation: Vec<S::Rotation>,
-    inverse_masses: Vec<InverseMass<S>>,
-    free: Vec<Twist<S>>,
+    gravity: S::Vector,
     dt: f64,
     made: OnceLock<(ContactProblem<S>, Impulses<S>, Vec<usize>)>,
 }
 
 impl<S: Geometry> Default for Rigid<S> {
     fn default() -> Self {
-        let (position, rotation, inverse_masses, free) = Default::default();
-        Rigid { position, rotation, inverse_masses, free, dt: 0.0, made: OnceLock::new() }
+        let (position, rotation) = Default::default();
+        Rigid { position, rotation, gravity: S::Vector::ZERO, dt: 0.0, made: OnceLock::new() }
     }
 }
 
 impl<S: Geometry> Rigid<S> {
-    /// Keeps what the problem will be made of.
-    pub fn begin(&mut self, bodies: &Bodies<S>, loads: &[Wrench<S>], step: &Step<S>) {
+    /// Keeps what the problem will be made of and the step changes; poses of fixed bodies are there.
+    pub fn begin(&mut self, bodies: &Bodies<S>, step: &Step<S>) {
         self.made = OnceLock::new();
-        self.dt = step.dt;
-        self.position.clone_from(&bodies.motion.position);
-        self.rotation.clone_from(&bodies.motion.rotation);
-        self.inverse_masses.clear();
-        self.inverse_masses.extend((0..bodies.len()).map(|i| bodies.inverse_mass(i)));
-        self.free.clear();
-        for (i, (load, inverse)) in loads.iter().zip(&self.inverse_masses).enumerate() {
-            let mut v = bodies.motion.twist(i);
-            if bodies.is_dynamic(i) {
-                v.linear += (step.gravity + load.force * inverse.linear) * step.dt;
-                v.angular += inverse.angular.apply(load.torque) * step.dt;
-            }
-            self.free.push(v);
+        (self.dt, self.gravity) = (step.dt, step.gravity);
+        for i in bodies.movers().iter().map(|i| *i as usize) {
+            self.position[i] = bodies.motion.position[i];
+            self.rotation[i] = bodies.motion.rotation[i];
         }
+    }
+
+    /// Inverse mass of a body at the step's start, and its velocity after the loads alone.
+    fn free(&self, bodies: &Bodies<S>, i: usize, found: &Found<'_, S>) -> (InverseMass<S>, Twist<S>) {
+        let d = &bodies.data[i];
+        let angular: S::Inertia = S::turned(&d.inverse_inertia, &self.rotation[i]);
+        let inverse: InverseMass<S> = InverseMass { linear: d.inverse_mass, angular };
+        let load = &found.loads[i];
+        let mut v = found.start[i];
+        if bodies.is_dynamic(i) {
+            v.linear += (self.gravity + load.force * inverse.linear) * self.dt;
+            v.angular += inverse.angular.apply(load.torque) * self.dt;
+        }
+        (inverse, v)
     }
 
     /// The problem and its impulses.
     pub fn get(&self, bodies: &Bodies<S>, touches: &[Touch<S>], found: Found<'_, S>) -> Told<'_, S> {
-        let (problem, impulses, pressed) = self.made.get_or_init(|| self.make(bodies, touches, found));
+        let (problem, impulses, pressed) = self.made.get_or_init(|| self.make(bodies, touches, &found));
         (problem, impulses, pressed)
     }
 
@@ -70,16 +85,16 @@ impl<S: Geometry> Rigid<S> {
         &self,
         bodies: &Bodies<S>,
         touches: &[Touch<S>],
-        (solver, patches, members): Found<'_, S>,
+        found: &Found<'_, S>,
     ) -> (ContactProblem<S>, Impulses<S>, Vec<usize>) {
         let mut problem = ContactProblem::new(Vec::new(), Vec::new());
         assembly::begin(&mut problem, bodies, FrictionLaw::Disc);
-        problem.inverse_masses.clone_from(&self.inverse_masses);
-        problem.velocities.clone_from(&self.free);
+        let free = (0..bodies.len()).map(|i| self.free(bodies, i, found));
+        (problem.inverse_masses, problem.velocities) = free.unzip();
         let mut pressed = Vec::new();
         let mut told = Vec::new();
-        for (k, members) in members.iter().enumerate().take(patches.len()) {
-            let result = solver.result(k);
+        for (k, members) in found.members.iter().enumerate().take(found.patches.len()) {
+            let result = found.solver.result(k);
             let shared = shares(touches, members, &result);
             for (i, impulse) in shared.iter().enumerate() {
                 let t = &touches[members[i] as usize];
