@@ -1,6 +1,7 @@
 """What the installed package makes of the playground's scenes: reads requests as lines of JSON, each
 ``{"load": {"text" | "name", "settings"}, "steps": n}``, and writes FNV-1a of the motion's bits, as
-`crates/playground/src/fingerprint.rs` has it. Scene files go through Python's reader, so that the page's is held to it."""
+`crates/playground/src/fingerprint.rs` has it. Scene files go through Python's reader, to which the page's is held.
+"""
 
 import json
 import sys
@@ -14,7 +15,7 @@ BEGIN, FACTOR, ALL = 0xCBF29CE484222325, 0x100000001B3, 2**64 - 1
 
 
 def fingerprint(world: Any) -> str:
-    """One number for the bits of positions, rotations, velocities and angular velocities, as hexadecimal text."""
+    """One number for the bits of positions, rotations, velocities and angular velocities, in hexadecimal."""
     found = BEGIN
     for name in ("position", "rotation", "velocity", "angular_velocity"):
         values = np.ascontiguousarray(getattr(world, name), dtype=np.float64)
