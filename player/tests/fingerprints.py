@@ -1,6 +1,6 @@
 """What the installed package makes of the playground's scenes: reads requests as lines of JSON, each
 ``{"load": {"text" | "name", "settings"}, "steps": n}``, and writes FNV-1a of the motion's bits, as
-`crates/playground/src/fingerprint.rs` has it. Scene files go through Python's reader, to which the page's is held.
+`crates/playground/src/fingerprint.rs` has it. Scene files go through Python's reader.
 """
 
 import json
