@@ -9,7 +9,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: bench-instructions help demo test test-player check-player player bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
+.PHONY: bench-instructions help demo test test-player check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings, replay pages and plots to out/"
@@ -17,6 +17,8 @@ help:
 	@echo "make laws    long laws: cases and benchmarks for their whole time, half an hour or more"
 	@echo "make check   formatting, lints as errors, types"
 	@echo "make player  build the replay page into the package; needs Node.js (ADR 14)"
+	@echo "make playground       the engine in a page, player/dist-playground/playground.html; skipped loudly without Rust's target for WebAssembly (ADR 16)"
+	@echo "make bench-playground steps per second of 500 bodies in that page"
 	@echo "make bench-player     how long the page of 1,000 bodies takes to load, and frames per second when scrubbed"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
 	@echo "make bench-collide    what finding contacts costs, phase by phase"
@@ -93,13 +95,26 @@ check-player:
 	  { cmp dist/index.html ../$(PAGE) || { echo "the committed page is not what player/ builds; run: make player" >&2; exit 1; }; }; \
 	else $(call NO_NODE,the check of the replay page); fi
 
+# the engine in a page; 3: no toolchain for WebAssembly, which is said loudly and is no failure
+PLAYGROUND := player/dist-playground/playground.html
+playground: player/node_modules/made
+	@rm -f $(PLAYGROUND); bash tools/build_playground.sh; code=$$?; if [ $$code -eq 3 ]; then exit 0; fi; \
+	  test $$code -eq 0 && cd player && $(NPM) run --silent build-playground -- --logLevel warn
+
+# what a native build makes of the same scenes; `make test-rust` has built it already
+NATIVE_FINGERPRINTS = $(CARGO) test --quiet --locked --workspace --exclude carom-python --example fingerprint --no-run
+
+bench-playground: playground
+	sh tools/install_chromium.sh
+	cd player && node tests/bench_playground.mjs
+
 # in a real browser, which tools/install_chromium.sh installs
 test-player: $(VENV)/package
 	@if ! command -v node >/dev/null; then $(call NO_NODE,the test of the replay page); \
 	elif ! sh tools/install_chromium.sh; then \
 	  echo "=== SKIPPED: the test of the replay page needs Chromium, which could not be installed ===" >&2; test -z "$$CI"; \
-	else $(MAKE) --no-print-directory player/node_modules/made && $(BIN)/python player/tests/pages.py player/tests/out && \
-	  cd player && $(NPM) run --silent test; fi
+	else $(MAKE) --no-print-directory player/node_modules/made playground && $(NATIVE_FINGERPRINTS) && \
+	  $(BIN)/python player/tests/pages.py player/tests/out && cd player && $(NPM) run --silent test; fi
 
 bench-player: $(VENV)/package player/node_modules/made
 	sh tools/install_chromium.sh
@@ -232,6 +247,8 @@ docs: $(VENV)/package
 	$(BIN)/sphinx-build -q -W --keep-going -j 2 -b html -d $(DOCTREES) docs site
 	rm -rf site/rust && cp -r target/doc site/rust
 	if [ -d docs/gallery/made/replays ]; then rm -rf site/gallery/made/replays && cp -r docs/gallery/made/replays site/gallery/made/; fi
+	if [ -f $(PLAYGROUND) ]; then cp $(PLAYGROUND) site/playground.html; else cp docs/_static/no-playground.html site/playground.html; \
+	  echo "=== SKIPPED: the site has no playground, because it is not built; run: make playground ===" >&2; fi
 	$(BIN)/python tools/check_site.py site
 	$(BIN)/python -m pytest tests/contracts
 	@echo "Site: site/index.html"
@@ -244,5 +261,5 @@ wheel: $(VENV)/tools
 	$(BIN)/maturin build --profile dist --locked --out dist
 
 clean:
-	rm -rf target out dist site docs/_made docs/gallery/made player/node_modules player/dist player/tests/out $(VENV) \
+	rm -rf target out dist site docs/_made docs/gallery/made player/node_modules player/dist player/dist-playground player/tests/out $(VENV) \
 	  crates/bench/target

@@ -18,6 +18,7 @@ MAY_USE: dict[str, set[str]] = {
     "world": {"carom_math", "carom_geometry", "carom_solver"},
     "scenes": {"carom"},
     "python": {"carom", "carom_scenes"},
+    "playground": {"carom", "carom_scenes"},
     "bench": {"carom", "carom_scenes"},
 }
 OURS = {"carom", "carom_math", "carom_geometry", "carom_solver", "carom_scenes"}
@@ -71,12 +72,12 @@ def test_physics_has_no_cfg_on_the_dimension() -> None:
 
 
 def test_unsafe_stays_in_its_named_places() -> None:
-    allowed = {"crates/python/src/views.rs"}
+    allowed = {"crates/python/src/views.rs", "crates/playground/src/door.rs"}
     for crate in MAY_USE:
         for path in sources(crate):
             code = re.sub(r"//.*", "", path.read_text())
             name = str(path.relative_to(ROOT))
-            if re.search(r"\bunsafe\s*(\{|impl|fn)", code):
+            if re.search(r"\bunsafe\s*(\{|\(|impl|fn)", code):
                 assert name in allowed, f"{name} has unsafe code; ARCHITECTURE.md names where it may live"
 
 

@@ -192,7 +192,7 @@ impl Round {
             }
             let z = if up { self.half } else { -self.half };
             out.push((self.rim_point(away, z), u32::from(up)));
-            let apart = (std::f64::consts::TAU / RIM as f64).cos();
+            let apart = libm::cos(std::f64::consts::TAU / RIM as f64);
             let others = (0..RIM).filter(|&k| self.rim[k].dot(away) < apart);
             let name = |k: usize| 2 + k as u32 + RIM as u32 * u32::from(up);
             out.extend(others.map(|k| (self.rim_point(self.rim[k], z), name(k))));

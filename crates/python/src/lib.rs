@@ -105,7 +105,7 @@ fn _carom(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("SOLVERS", SolverKind::ALL.map(SolverKind::name).to_vec())?;
     m.add("FRICTION_SOLVERS", friction_problem::solver_names())?;
     m.add("STOPS", records::STOPS.to_vec())?;
-    m.add("CONTACT_STATUS", records::CONTACT_STATUS.to_vec())?;
+    m.add("CONTACT_STATUS", carom::observe::push::CONTACT_STATUS.to_vec())?;
     m.add("EVENT_KINDS", EventKind::NAMES.to_vec())?;
     m.add("PIECE_KINDS", PieceKind::NAMES.to_vec())?;
     m.add("ON_INACCURATE", OnInaccurate::ALL.map(OnInaccurate::name).to_vec())?;

@@ -1,8 +1,8 @@
 //! Contacts and steps as packed records that numpy reads as structured arrays without a copy. Each layout is
 //! stated once, beside the function that writes it.
 
-use carom::solver::{Impulse, Twist};
-use carom::{Column, ContactSum, Geometry, Ledger, Space, StepReport, Stop, Touch, World, Wrench};
+use carom::observe::push::pushes;
+use carom::{Column, Geometry, Ledger, Space, StepReport, Stop, Twist, World, Wrench};
 
 /// A column of a record: name, numpy's code of its type, numbers in it (0: a plain number).
 pub type Field = (&'static str, &'static str, usize);
@@ -60,114 +60,11 @@ pub fn contact_fields<S: Space>() -> Vec<Field> {
     ]
 }
 
-/// What a contact did in the last step: codes of its `status`.
-pub const CONTACT_STATUS: [&str; 4] = ["apart", "sticks", "slips", "strikes"];
-
-/// Share of its limit from which friction counts as at the limit [1]: projections land there to rounding.
-const AT_THE_LIMIT: f64 = 1.0 - 1e-9;
-
-/// What a contact got in the last step: impulses [N s], friction's limit mu gamma_n [N s], slip [m/s].
-struct Push<S: Space> {
-    total: Impulse<S>,
-    strikes: bool,
-    friction_size: f64,
-    slip: S::Vector,
-    /// What of the impulse is the impacts', world axes.
-    impact: S::Vector,
-    /// Normal, and arm from a's centre of mass, with which the persistent contact acted.
-    kick_normal: S::Vector,
-    kick_arm: S::Vector,
-    /// Rolling and spinning friction on a, world axes, over the whole step.
-    moment: S::Spin,
-}
-
-/// Velocity of a's point against b's across the normal, from the arms to both.
-fn slip<S: Geometry>(world: &World<S>, t: &Touch<S>, arm_a: S::Vector, arm_b: S::Vector) -> S::Vector {
-    let motion = &world.bodies().motion;
-    let u = motion.twist(t.a).at(arm_a) - motion.twist(t.b).at(arm_b);
-    u - t.normal * u.dot(t.normal)
-}
-
-/// Sums over a step with events, touch by touch, as its log has them.
-fn summed<S: Geometry>(world: &World<S>, sums: &[ContactSum<S>]) -> Vec<Push<S>> {
-    let motion = &world.bodies().motion;
-    let push = |(t, sum): (&Touch<S>, &ContactSum<S>)| {
-        let arm = |i: usize| t.point - motion.position[i];
-        let tangent = S::Slip::from_fn(|i| sum.impulse.dot(S::tangent(t.normal, i)));
-        Push {
-            total: Impulse { normal: sum.impulse.dot(t.normal), tangent },
-            strikes: sum.impact != S::Vector::ZERO,
-            friction_size: tangent.norm(),
-            slip: slip(world, t, arm(t.a), arm(t.b)),
-            impact: sum.impact,
-            kick_normal: t.normal,
-            kick_arm: arm(t.a),
-            moment: sum.moment,
-        }
-    };
-    world.touches().iter().zip(sums).map(push).collect()
-}
-
-/// Sums impulses of impact and of persistent contact, touch by touch.
-fn pushes<S: Geometry>(world: &World<S>) -> Vec<Push<S>> {
-    if let Some(sums) = world.last_sums() {
-        return summed(world, sums);
-    }
-    let motion = &world.bodies().motion;
-    let across = |t: &Touch<S>, arm_a: S::Vector, arm_b: S::Vector| slip(world, t, arm_a, arm_b);
-    let nothing = Impulse { normal: 0.0, tangent: S::Slip::ZERO };
-    let strikes = world.last_strikes().iter().copied().chain(std::iter::repeat(nothing));
-    let mut all: Vec<Push<S>> = (world.touches().iter().zip(strikes))
-        .map(|(t, total)| {
-            let arm = |i: usize| t.point - motion.position[i];
-            Push {
-                total,
-                strikes: total.normal > 0.0,
-                friction_size: total.tangent.norm(),
-                slip: across(t, arm(t.a), arm(t.b)),
-                impact: t.normal * total.normal + spread(t, &total),
-                kick_normal: t.normal,
-                kick_arm: S::Vector::ZERO,
-                moment: S::Spin::ZERO,
-            }
-        })
-        .collect();
-    for (push, moment) in all.iter_mut().zip(world.last_strike_moments()) {
-        push.moment = *moment;
-    }
-    let (problem, impulses, indices) = world.last_problem();
-    for ((&k, contact), impulse) in indices.iter().zip(&problem.contacts).zip(&impulses.contacts) {
-        // the kick's frame may have turned since detection: told in the frame of the contact as it was found
-        let (t, force) = (&world.touches()[k], contact.to_world(impulse));
-        all[k].total.normal += force.dot(t.normal);
-        all[k].total.tangent += S::Slip::from_fn(|i| force.dot(S::tangent(t.normal, i)));
-        all[k].friction_size += impulse.tangent.norm();
-        (all[k].kick_normal, all[k].kick_arm) = (contact.normal, contact.arm_a);
-        // the slip that friction was solved against: at the arms of the kick
-        all[k].slip = across(&world.touches()[k], contact.arm_a, contact.arm_b);
-    }
-    for (r, m) in problem.resistances.iter().zip(&impulses.moments) {
-        all[indices[r.contact]].moment += problem.contacts[r.contact].moment_to_world(*m);
-    }
-    all
-}
-
-/// The tangential part of an impulse in world axes.
-fn spread<S: Geometry>(t: &Touch<S>, impulse: &Impulse<S>) -> S::Vector {
-    let mut friction = S::Vector::ZERO;
-    for k in 0..S::SLIP {
-        friction += S::tangent(t.normal, k) * impulse.tangent[k];
-    }
-    friction
-}
-
 /// Appends the contacts of the world's last step; returns how many. Impulses of impact and of persistent contact
 /// are added up; they act on a, and against b. Slip is the velocity of a's point against b's across the normal,
 /// after the step's impulses.
 pub fn append_contacts<S: Geometry>(world: &World<S>, out: &mut Records) -> usize {
     for (t, push) in world.touches().iter().zip(pushes(world)) {
-        let friction = spread(t, &push.total);
-        let at_the_limit = push.friction_size >= AT_THE_LIMIT * t.friction * push.total.normal;
         out.i4(t.a);
         out.i4(t.b);
         out.u8(t.id);
@@ -175,14 +72,9 @@ pub fn append_contacts<S: Geometry>(world: &World<S>, out: &mut Records) -> usiz
         out.all(t.normal.as_slice());
         out.f8(t.gap);
         out.f8(push.total.normal);
-        out.all(friction.as_slice());
+        out.all(push.friction(t).as_slice());
         out.all(push.slip.as_slice());
-        out.u1(match push.total.normal > 0.0 {
-            false => 0,
-            true if push.strikes => 3,
-            true if at_the_limit => 2,
-            true => 1,
-        });
+        out.u1(push.status(t) as u8);
         out.f8(t.friction);
         out.all(push.impact.as_slice());
         out.all(push.kick_normal.as_slice());

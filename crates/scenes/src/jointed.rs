@@ -32,7 +32,7 @@ pub fn four_bar_linkage<S: Stage>() -> Result<World<S>, BuildError> {
     let (crank, far) = ((0.0, 0.4), (1.0, 0.0));
     let (coupler, rocker) = (1.0_f64, 0.8_f64);
     let (along, up): (f64, f64) = (far.0 - crank.0, far.1 - crank.1);
-    let base = along.hypot(up);
+    let base = libm::hypot(along, up);
     let foot = (base * base + coupler * coupler - rocker * rocker) / (2.0 * base);
     let side = (coupler * coupler - foot * foot).sqrt();
     let meet = (crank.0 + (foot * along - side * up) / base, crank.1 + (foot * up + side * along) / base);
@@ -40,8 +40,8 @@ pub fn four_bar_linkage<S: Stage>() -> Result<World<S>, BuildError> {
     for (name, from, to) in bars {
         let (dx, dy): (f64, f64) = (to.0 - from.0, to.1 - from.1);
         let middle = S::place(0.5 * (from.0 + to.0), 0.5 * (from.1 + to.1));
-        let bar = BodySpec::heavy(S::block(dx.hypot(dy), 0.05, 0.05), dx.hypot(dy)).at(middle);
-        world.add(name, bar.turned(S::lean(dy.atan2(dx))))?;
+        let bar = BodySpec::heavy(S::block(libm::hypot(dx, dy), 0.05, 0.05), libm::hypot(dx, dy)).at(middle);
+        world.add(name, bar.turned(S::lean(libm::atan2(dy, dx))))?;
     }
     let at = |(x, y): (f64, f64)| S::place(x, y);
     world.add_joint("left pivot", JointSpec::point("crank").at(at((0.0, 0.0))))?;

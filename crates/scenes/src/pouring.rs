@@ -13,7 +13,7 @@ const PITCH: f64 = 0.46;
 /// # Errors
 /// None is known; those of building a world.
 pub fn pile(count: usize) -> Result<World3, BuildError> {
-    let side = (count as f64).cbrt().ceil() as usize;
+    let side = libm::cbrt(count as f64).ceil() as usize;
     pour(count, [side, side], 1, mixed_shape)
 }
 

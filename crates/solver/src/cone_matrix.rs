@@ -38,11 +38,11 @@ fn largest_eigenvalue(diagonal: [f64; 3], off: [f64; 3]) -> f64 {
     let scale = 1.0 / spread;
     let [x, y, z, a, b, c] = [x * scale, y * scale, z * scale, a * scale, b * scale, c * scale];
     let half = 0.5 * (x * (y * z - c * c) - a * (a * z - c * b) + b * (a * c - y * b));
-    let third = half.clamp(-1.0, 1.0).acos() / 3.0;
+    let third = libm::acos(half.clamp(-1.0, 1.0)) / 3.0;
     if half >= 0.0 {
-        return mean + 2.0 * spread * third.cos();
+        return mean + 2.0 * spread * libm::cos(third);
     }
-    let least = 2.0 * (third + 2.0 * std::f64::consts::FRAC_PI_3).cos();
+    let least = 2.0 * libm::cos(third + 2.0 * std::f64::consts::FRAC_PI_3);
     mean + spread * across([[x, a, b], [a, y, c], [b, c, z]], least)
 }
 

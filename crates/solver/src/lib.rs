@@ -27,6 +27,7 @@ pub mod problem;
 pub mod residual;
 pub mod resistance;
 pub mod soft;
+mod stopwatch;
 pub mod watch;
 
 pub use certificate::Certificate;

@@ -30,7 +30,7 @@ fn main() -> Result<(), BuildError> {
 /// Boxes and hulls of 14 corners, .15 to .25 m long and turned at random, so close that they overlap a little.
 fn heap(count: usize) -> Result<World3, BuildError> {
     let mut world = World3::new(Settings::default())?;
-    let (mut chance, side) = (Chance::new(7), (count as f64).cbrt().ceil() as usize);
+    let (mut chance, side) = (Chance::new(7), libm::cbrt(count as f64).ceil() as usize);
     for k in 0..count {
         let size = [(); 3].map(|()| chance.between(0.15, 0.25));
         let shape = if k % 2 == 0 {

@@ -4,7 +4,7 @@ use super::local::Local;
 use super::principal_pivots::{LARGEST, pivoted};
 use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, Stage};
-use std::time::Instant;
+use crate::stopwatch::Stopwatch;
 
 /// Corrections of a single impulse below this share of it square to rounding.
 const SMALL: f64 = 1e-9;
@@ -15,7 +15,7 @@ pub fn at_once(
     settings: &FrictionSettings,
     impulses: &mut [f64],
 ) -> Option<FrictionOutcome> {
-    let started = Instant::now();
+    let started = Stopwatch::start();
     let mut found = [0.0; LARGEST];
     let found = found.get_mut(..impulses.len())?;
     let (name, iterations) = match (problem.contacts(), problem.dimension) {
@@ -27,7 +27,7 @@ pub fn at_once(
         }
         _ => return None,
     };
-    let seconds = started.elapsed().as_secs_f64();
+    let seconds = started.seconds();
     let measure = measure(problem, found);
     if !measure.solves(settings.tolerance) {
         return None;

@@ -27,7 +27,7 @@ impl Triangle {
         for (i, &rotation) in self.rotations[..j].iter().enumerate() {
             (column[i], column[i + 1]) = turned(rotation, column[i], column[i + 1]);
         }
-        let size = column[j].hypot(column[j + 1]);
+        let size = libm::hypot(column[j], column[j + 1]);
         let rotation = if size > 0.0 { [column[j] / size, column[j + 1] / size] } else { [1.0, 0.0] };
         (column[j], column[j + 1]) = (size, 0.0);
         (self.right[j], self.right[j + 1]) = turned(rotation, self.right[j], 0.0);

@@ -418,7 +418,7 @@ impl<'a, S: Space> Newton<'a, S> {
             Law::Limited(coefficient, by) => {
                 let limit = coefficient * x[by].max(0.0);
                 nearest = within(z, limit);
-                let length = z[0].hypot(z[1]);
+                let length = libm::hypot(z[0], z[1]);
                 if length > limit {
                     let (along, share) = ([z[0] / length, z[1] / length], limit / length);
                     for r in 0..2 {
@@ -452,7 +452,7 @@ impl<'a, S: Space> Newton<'a, S> {
 
 /// The nearest point no longer than the limit.
 fn within(z: [f64; 2], limit: f64) -> [f64; 2] {
-    let length = z[0].hypot(z[1]);
+    let length = libm::hypot(z[0], z[1]);
     if length > limit { z.map(|z| z * (limit / length)) } else { z }
 }
 

@@ -48,6 +48,7 @@ use crate::friction_problem::{FrictionProblem, Measure, measure, measured_in, pr
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::impulse_solver::{Content, ImpulseChoice};
 use crate::methods::lemke::Lemke;
+use crate::stopwatch::Stopwatch;
 use crate::watch::{Progress, Watch, unwatched};
 use analyses::Analyses;
 use at_once::at_once;
@@ -59,7 +60,6 @@ use memory::Memory;
 use path::follow;
 use proximal::proximal;
 use stage::{Solve, StageEnd};
-use std::time::Instant;
 use sweeps::Ended;
 
 /// The exact solver for problems in matrix form.
@@ -209,7 +209,7 @@ fn in_dimension<const D: usize>(
     watch: &mut Watch,
 ) -> FrictionOutcome {
     let blocks = Blocks::<D>::of(problem);
-    let started = Instant::now();
+    let started = Stopwatch::start();
     let mut r: Vec<[f64; D]> = impulses.chunks_exact(D).map(|r| std::array::from_fn(|k| r[k])).collect();
     r.resize(blocks.velocity.len(), [0.0; D]);
     let goal = Goal {
@@ -227,7 +227,7 @@ fn in_dimension<const D: usize>(
     for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
         project_on_cone(r, blocks.friction[i]);
     }
-    let seconds = started.elapsed().as_secs_f64();
+    let seconds = started.seconds();
     let found = r[..blocks.count()].as_flattened();
     let mut reached = measured_in::<D>(problem, found);
     let solved = reached.solves(settings.tolerance) && !answer.not_least;

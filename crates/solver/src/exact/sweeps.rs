@@ -122,8 +122,13 @@ impl Decay {
     /// Sweeps left until the error is at the tolerance; infinite when the changes do not fall.
     fn left(&self, tolerance: f64) -> f64 {
         let (n, span) = (self.changes.len(), 4.min(self.changes.len() - 1));
-        let rate = (self.changes[n - 1] / self.changes[n - 1 - span]).powf(1.0 / span.max(1) as f64);
-        if rate < 1.0 { ((tolerance / self.error()).ln() / rate.ln()).max(0.0) } else { f64::INFINITY }
+        let fall = self.changes[n - 1] / self.changes[n - 1 - span];
+        let rate = libm::pow(fall, 1.0 / span.max(1) as f64);
+        if rate < 1.0 {
+            (libm::log(tolerance / self.error()) / libm::log(rate)).max(0.0)
+        } else {
+            f64::INFINITY
+        }
     }
 }
 

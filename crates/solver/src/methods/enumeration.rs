@@ -13,9 +13,9 @@ use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, Impulses};
 use crate::residual::residual_of;
+use crate::stopwatch::Stopwatch;
 use crate::watch::Watch;
 use carom_math::Space;
-use std::time::Instant;
 
 /// Most combinations tried: seven planar contacts with friction, fourteen without.
 pub const LARGEST: usize = 1 << 14;
@@ -90,7 +90,7 @@ impl FrictionSolver for Enumeration {
         impulses: &mut [f64],
         _watch: &mut Watch,
     ) -> FrictionOutcome {
-        let start = Instant::now();
+        let start = Stopwatch::start();
         let d = problem.dimension;
         let project = |x: &[f64]| {
             let mut x: Vec<f64> = x.iter().map(|r| if r.is_finite() { *r } else { 0.0 }).collect();
@@ -116,7 +116,7 @@ impl FrictionSolver for Enumeration {
                 (0, reason)
             }
         };
-        let seconds = start.elapsed().as_secs_f64();
+        let seconds = start.seconds();
         let measure = measure(problem, impulses);
         let solved = measure.solves(settings.tolerance);
         if solved {

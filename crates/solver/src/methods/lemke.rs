@@ -14,9 +14,9 @@ use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
 use crate::problem::{ContactProblem, FrictionLaw, Impulses};
 use crate::residual::residual_of;
+use crate::stopwatch::Stopwatch;
 use crate::watch::Watch;
 use carom_math::Space;
-use std::time::Instant;
 
 /// Unknowns beyond which the dense tableau is refused: 2,000 need 64 MB and seconds.
 const LARGEST: usize = 2000;
@@ -92,7 +92,7 @@ impl FrictionSolver for Lemke {
         impulses: &mut [f64],
         _watch: &mut Watch,
     ) -> FrictionOutcome {
-        let start = Instant::now();
+        let start = Stopwatch::start();
         let n = problem.velocity.len();
         impulses.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
         for (r, &mu) in impulses.chunks_exact_mut(problem.dimension).zip(&problem.friction) {
@@ -117,7 +117,7 @@ impl FrictionSolver for Lemke {
             };
             (pivots, reason)
         };
-        let seconds = start.elapsed().as_secs_f64();
+        let seconds = start.seconds();
         let measure = measure(problem, impulses);
         let solved = measure.solves(settings.tolerance);
         FrictionOutcome {

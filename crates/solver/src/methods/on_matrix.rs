@@ -11,10 +11,10 @@ use crate::exact::sweeps::{locals, sweep, velocities};
 use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::methods::first_order::{Budget, End, FirstOrder, Memory, Method, Point};
+use crate::stopwatch::Stopwatch;
 use crate::watch::Watch;
 use std::cell::RefCell;
 use std::marker::PhantomData;
-use std::time::Instant;
 
 /// A first-order method on matrices.
 #[derive(Clone, Debug, Default)]
@@ -33,7 +33,7 @@ impl<M: Method> FrictionSolver for OnMatrix<M> {
         impulses: &mut [f64],
         watch: &mut Watch,
     ) -> FrictionOutcome {
-        let start = Instant::now();
+        let start = Stopwatch::start();
         impulses.iter_mut().filter(|r| !r.is_finite()).for_each(|r| *r = 0.0);
         for (r, &mu) in impulses.chunks_exact_mut(problem.dimension).zip(&problem.friction) {
             project_on_cone(r, mu);
@@ -44,7 +44,7 @@ impl<M: Method> FrictionSolver for OnMatrix<M> {
             2 => run::<M, 2>(problem, settings, impulses, watch),
             _ => run::<M, 3>(problem, settings, impulses, watch),
         };
-        let seconds = start.elapsed().as_secs_f64();
+        let seconds = start.seconds();
         let mut measured = measure(problem, impulses);
         if !measured.solves(settings.tolerance) {
             // sweeps on a W that is not symmetric can diverge, and velocities outgrow all numbers before impulses do

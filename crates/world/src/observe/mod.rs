@@ -6,4 +6,5 @@ pub mod event_log;
 pub mod explain;
 pub mod groups;
 pub mod ledger;
+pub mod push;
 pub mod report;

@@ -77,7 +77,7 @@ impl<S: Geometry> Together<'_, S> {
     pub fn recall(&self, rounds: &Rounds<S>) -> Memory {
         let Rounds { last, active, start, after, .. } = rounds;
         let mut memory = Memory::default();
-        let faded = FADES.powf(last.time / self.limits.dt);
+        let faded = libm::pow(FADES, last.time / self.limits.dt);
         let contacts = last.problem.contacts.iter().zip(&last.impulses.contacts).enumerate();
         for (k, (c, _)) in contacts.filter(|(_, (_, impulse))| impulse.normal > 0.0) {
             let first = &active.touches[k];

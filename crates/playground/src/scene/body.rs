@@ -1,0 +1,206 @@
+//! Bodies and materials of a scene: coefficients are the body's own, else its material's, else the engine's.
+
+use super::copies::copies;
+use super::fields::Fields;
+use super::rotation::Turned;
+use super::shape;
+use carom::{BodyKind, BodySpec, Column, Geometry, Inertia, MassProperties, MassSource, Rotation, World};
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+/// Constants of contact, in the order of [`Coefficients`].
+const COEFFICIENTS: [&str; 5] =
+    ["friction", "restitution", "tangential_restitution", "rolling_friction", "spinning_friction"];
+
+type Coefficients = [Option<f64>; 5];
+
+/// The materials of a scene by name: coefficients and density \[kg/m^DIM\].
+pub struct Materials(BTreeMap<String, (Coefficients, Option<f64>)>);
+
+impl Materials {
+    /// Reads the table of materials.
+    ///
+    /// # Errors
+    /// Naming the material and its field.
+    pub fn read(table: Map<String, Value>) -> Result<Self, String> {
+        let mut found = BTreeMap::new();
+        for (name, value) in table {
+            let mut fields = Fields::new(format!("material '{name}'"), value)?;
+            let entry = (coefficients(&mut fields)?, fields.take("density")?);
+            fields.finish()?;
+            found.insert(name, entry);
+        }
+        Ok(Materials(found))
+    }
+    /// Whether there is one of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.0.contains_key(name)
+    }
+}
+
+fn coefficients(fields: &mut Fields) -> Result<Coefficients, String> {
+    let mut found = [None; 5];
+    for (slot, key) in found.iter_mut().zip(COEFFICIENTS) {
+        *slot = fields.take(key)?;
+    }
+    Ok(found)
+}
+
+/// Adds a body of a scene, all its copies.
+///
+/// # Errors
+/// One sentence that names the body and the field.
+pub fn add<S: Geometry>(
+    world: &mut World<S>,
+    number: usize,
+    value: Value,
+    materials: &Materials,
+) -> Result<(), String> {
+    let mut fields = Fields::new(format!("body {}", number + 1), value)?;
+    let name: String = fields.need("name")?;
+    let of = format!("body '{name}'");
+    fields.called(of.clone());
+    if fields.value("mesh").is_some() {
+        return Err(
+            fields.wrong("mesh", "mesh files cannot be read here; write a tri_mesh or convex_hull shape")
+        );
+    }
+    if fields.value("scatter").is_some() {
+        return Err(fields.wrong("scatter", "cannot be drawn here; write the poses out, or give a snapshot"));
+    }
+    let repeat = fields.value("repeat");
+    let spec = spec::<S>(&mut fields, materials, &of)?;
+    fields.finish()?;
+    for copy in copies(&name, repeat, S::DIM, &of)? {
+        let displacement = S::Vector::from_slice(&copy.displacement).unwrap_or(S::Vector::ZERO);
+        let placed = BodySpec { position: displacement + spec.position, ..spec.clone() };
+        world.add(&copy.name, placed).map_err(|e| e.to_string())?;
+    }
+    Ok(())
+}
+
+fn spec<S: Geometry>(fields: &mut Fields, materials: &Materials, of: &str) -> Result<BodySpec<S>, String> {
+    let kind = match fields.take::<String>("kind")?.as_deref() {
+        None | Some("dynamic") => BodyKind::Dynamic,
+        Some("static") => BodyKind::Fixed,
+        Some("kinematic") => BodyKind::Kinematic,
+        Some(other) => {
+            return Err(fields.wrong("kind", format!("must be dynamic, static or kinematic, got '{other}'")));
+        }
+    };
+    let given_shape = fields.value("shape");
+    let shape = given_shape.map(|value| shape::read::<S>(value, of)).transpose()?;
+    if shape.is_none() && kind != BodyKind::Dynamic {
+        return Err(fields.wrong("shape", "is missing; only a dynamic body may be a particle"));
+    }
+    let material: Option<String> = fields.take("material")?;
+    let (theirs, density) = match &material {
+        None => ([None; 5], None),
+        Some(name) => *(materials.0.get(name)).ok_or_else(|| {
+            fields.wrong("material", format!("unknown material '{name}'; add it to [materials]"))
+        })?,
+    };
+    let own = coefficients(fields)?;
+    let coefficient = |k: usize, default: f64| own[k].or(theirs[k]).unwrap_or(default);
+    let mut spec = BodySpec {
+        kind,
+        material,
+        friction: coefficient(0, 0.5),
+        restitution: coefficient(1, 0.0),
+        tangential_restitution: coefficient(2, 0.0),
+        rolling_friction: coefficient(3, 0.0),
+        spinning_friction: coefficient(4, 0.0),
+        groups: fields.take("collision_groups")?.unwrap_or(1),
+        collides_with: fields.take("collision_mask")?.unwrap_or(u32::MAX),
+        ..BodySpec::particle(None, 1.0)
+    };
+    place(fields, &mut spec, shape.is_none(), of)?;
+    mass(fields, &mut spec, shape.as_ref(), density)?;
+    spec.shape = shape;
+    Ok(spec)
+}
+
+/// Pose and velocities.
+fn place<S: Geometry>(
+    fields: &mut Fields,
+    spec: &mut BodySpec<S>,
+    is_particle: bool,
+    of: &str,
+) -> Result<(), String> {
+    let (position, origin) = (fields.take::<S::Vector>("position")?, fields.take::<S::Vector>("origin")?);
+    if position.is_some() && origin.is_some() {
+        return Err(fields.wrong("origin", "position and origin are both given; keep one of them"));
+    }
+    spec.position_is_origin = position.is_none() && !is_particle;
+    spec.position = position.or(origin).unwrap_or(S::Vector::ZERO);
+    if let Some(value) = fields.value("rotation") {
+        let turned = Turned::read(value, S::DIM, of)?;
+        let rotation = match turned {
+            Turned::Angle(angle) => Some(S::Rotation::about(S::Spin::from_fn(|_| angle))),
+            Turned::Quaternion(_) => S::Rotation::from_slice(turned.numbers()),
+        };
+        spec.rotation = rotation.ok_or_else(|| fields.wrong("rotation", "has no length"))?;
+    }
+    if let Some(velocity) = fields.take("velocity")? {
+        spec.velocity = velocity;
+    }
+    let spin = fields.value("angular_velocity");
+    if let Some(value) = spin {
+        // in the plane a plain number
+        let listed = if value.is_number() { Value::Array(vec![value]) } else { value };
+        spec.angular_velocity =
+            serde_json::from_value(listed).map_err(|e| fields.wrong("angular_velocity", e))?;
+    }
+    Ok(())
+}
+
+/// Where the mass comes from, damping, and whether forces turn the body.
+fn mass<S: Geometry>(
+    fields: &mut Fields,
+    spec: &mut BodySpec<S>,
+    shape: Option<&S::Shape>,
+    of_material: Option<f64>,
+) -> Result<(), String> {
+    let (mass, own) = (fields.take::<f64>("mass")?, fields.take::<f64>("density")?);
+    let inertia = fields.value("inertia");
+    let center: Option<S::Vector> = fields.take("center_of_mass")?;
+    let damping = (fields.take::<f64>("linear_damping")?, fields.take::<f64>("angular_damping")?);
+    spec.linear_damping = damping.0.unwrap_or(0.0);
+    spec.angular_damping = damping.1.unwrap_or(0.0);
+    spec.can_rotate = shape.is_some() || inertia.is_some();
+    if spec.kind != BodyKind::Dynamic {
+        if mass.is_some() || own.is_some() || inertia.is_some() || center.is_some() {
+            return Err(fields.wrong("mass", "has no meaning for a body that forces do not move"));
+        }
+        return Ok(());
+    }
+    if mass.is_some() && own.is_some() {
+        return Err(fields.wrong("density", "mass and density are both given; keep one of them"));
+    }
+    spec.mass = match (mass, own.or(of_material)) {
+        (Some(mass), _) => match inertia {
+            None if center.is_some() => return Err(fields.wrong("center_of_mass", "needs inertia beside it")),
+            None => MassSource::Mass(mass),
+            Some(value) => {
+                let inertia = S::Inertia::from_entries(&entries(&value))
+                    .ok_or_else(|| fields.wrong("inertia", "must be a number, or 3 x 3 in space"))?;
+                let own = || shape.and_then(|s| S::mass_properties(s, 1.0).ok()).map(|p| p.center);
+                let center = center.or_else(own).unwrap_or(S::Vector::ZERO);
+                MassSource::Given(MassProperties { mass, center, inertia, error: 0.0 })
+            }
+        },
+        (None, Some(density)) if shape.is_some() => MassSource::Density(density),
+        _ => return Err(fields.wrong("mass", "is missing; give density, mass or a material with density")),
+    };
+    Ok(())
+}
+
+/// Independent entries of an inertia: `[I]`, or `[xx, yy, zz, xy, xz, yz]` of a symmetric matrix.
+fn entries(value: &Value) -> Vec<f64> {
+    if let Some(number) = value.as_f64() {
+        return vec![number];
+    }
+    let Ok(m) = serde_json::from_value::<[[f64; 3]; 3]>(value.clone()) else { return Vec::new() };
+    let middle = |i: usize, j: usize| m[i][j] / 2.0 + m[j][i] / 2.0;
+    [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(i, j)| middle(i, j)).to_vec()
+}

@@ -1,0 +1,75 @@
+//! The reader of scene files and the page's requests, natively.
+
+use carom_playground::page::Page;
+use serde_json::{Value, json};
+
+const FIRST: &str = include_str!("../../../python/carom/scenes/first_steps_planar.toml");
+
+fn load(page: &mut Page, text: &str) -> Result<Value, String> {
+    page.answer(&json!({ "op": "load", "text": text }).to_string())
+}
+
+fn planar(body: Value) -> String {
+    json!({ "schema_version": 1, "space": "planar", "body": [body] }).to_string()
+}
+
+#[test]
+fn a_pyramid_has_a_copy_less_in_each_layer() {
+    let mut page = Page::default();
+    let about = load(&mut page, FIRST).unwrap();
+    let names = about["names"].as_array().unwrap();
+    assert_eq!(names.len(), 1 + 10 + 1);
+    assert!(names.iter().any(|name| name == "box 0 in layer 3"));
+}
+
+#[test]
+fn what_cannot_be_read_is_named_and_what_ran_goes_on() {
+    let mut page = Page::default();
+    load(&mut page, FIRST).unwrap();
+    let bodies = [
+        (json!({ "name": "odd", "mass": 1, "frction": 1 }), "body 'odd': unknown field 'frction'"),
+        (json!({ "name": "odd", "mass": 1, "friction": "much" }), "body 'odd': friction"),
+        (json!({ "name": "odd", "mass": -1 }), "body 'odd': mass must be"),
+        (json!({ "name": "odd" }), "body 'odd': mass: is missing"),
+        (json!({ "name": "odd", "mass": 1, "scatter": {} }), "body 'odd': scatter"),
+        (json!({ "name": "odd", "mass": 1, "shape": { "type": "egg" } }), "body 'odd': shape"),
+        (json!({ "mass": 1 }), "body 1: name: is missing"),
+    ];
+    for (body, told) in bodies {
+        let error = load(&mut page, &planar(body)).unwrap_err();
+        assert!(error.contains(told), "{error}");
+        page.steps(1, &mut Vec::new()).unwrap();
+    }
+    assert!(load(&mut page, "schema_version = 1\nspace = ").unwrap_err().contains("line 2"));
+}
+
+#[test]
+fn a_snapshot_goes_on_bit_for_bit() {
+    let mut page = Page::default();
+    load(&mut page, FIRST).unwrap();
+    page.steps(20, &mut Vec::new()).unwrap();
+    let snapshot = page.answer(r#"{"op": "snapshot"}"#).unwrap();
+    page.steps(20, &mut Vec::new()).unwrap();
+    let mut other = Page::default();
+    other.answer(&json!({ "op": "load", "snapshot": snapshot }).to_string()).unwrap();
+    other.steps(20, &mut Vec::new()).unwrap();
+    let ask = r#"{"op": "fingerprint"}"#;
+    assert_eq!(page.answer(ask).unwrap(), other.answer(ask).unwrap());
+}
+
+#[test]
+fn the_hand_lifts_a_body_and_lets_it_go() {
+    let mut page = Page::default();
+    let body = json!({ "name": "disc", "density": 100.0, "shape": { "type": "circle", "radius": 0.2 } });
+    load(&mut page, &planar(body)).unwrap();
+    let hold = json!({ "op": "hold", "body": 0, "place": [0.1, 0.0, 0.0] }).to_string();
+    assert_eq!(page.answer(&hold).unwrap(), json!(true));
+    page.answer(r#"{"op": "pull", "place": [0.1, 1.0, 0.0]}"#).unwrap();
+    let mut frame = Vec::new();
+    page.steps(240, &mut frame).unwrap();
+    let height = frame[carom_playground::frame::FIGURES + 1];
+    assert!((0.8..1.05).contains(&height), "{height}");
+    page.answer(r#"{"op": "release"}"#).unwrap();
+    page.steps(240, &mut frame).unwrap();
+    assert!(frame[carom_playground::frame::FIGURES + 1] < -3.0);
+}

@@ -1,0 +1,232 @@
+/**
+ * The playground in a real browser: the same bits as a native build, dragging, sliders, links, refusals. Skipped, loudly,
+ * where the page could not be built.
+ */
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { existsSync, readFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { after, before, test } from "node:test";
+import { fileURLToPath, pathToFileURL } from "node:url";
+import { Browser } from "./browser.mjs";
+
+const HERE = dirname(fileURLToPath(import.meta.url));
+const ROOT = join(HERE, "../..");
+const PAGE = join(HERE, "../dist-playground/playground.html");
+const NATIVE = process.env.CAROM_NATIVE ?? join(ROOT, "target/debug/examples/fingerprint");
+const READY = existsSync(PAGE) && existsSync(NATIVE);
+const options = { skip: READY ? false : "the playground is not built: make playground" };
+
+const text = (name) => readFileSync(join(ROOT, name), "utf8");
+const FILES = ["first_steps_planar", "first_steps_spatial", "seven_objects_from_file"].map((name) =>
+  text(`python/carom/scenes/${name}.toml`),
+);
+const BOUNCING = {
+  schema_version: 1,
+  space: "spatial",
+  world: { impact: "moreau" },
+  body: [
+    { name: "floor", kind: "static", shape: { type: "half_space", normal: [0, 0, 1] }, restitution: 0.5 },
+    { name: "box", shape: { type: "box", size: [1, 2, 3] }, density: 10, position: [0, 0, 4] },
+  ],
+};
+const SCENES = ["pyramid_small_planar", "seven_objects", "billiard_break_spatial", "double_pendulum_planar"];
+/** Steps that the same bits are asked for, whatever registers a machine has. */
+const EXACTLY = [
+  [{ scheme: "soft_step", solver: null, impact: null }, 200],
+  [{ scheme: "fixed_step", solver: "pgs" }, 150],
+  [{ scheme: "fixed_step", solver: "nncg" }, 150],
+  [{ scheme: "fixed_step", solver: "sequential" }, 100],
+  [{ scheme: "fixed_step", solver: "apgd", impact: "poisson" }, 60],
+];
+
+let browser;
+let page;
+
+before(async () => {
+  if (!READY) {
+    console.error(`=== SKIPPED: ${options.skip} ===`);
+    return;
+  }
+  browser = await Browser.start();
+  page = await opened("");
+});
+after(() => browser?.close());
+
+/** The playground at an address that ends in `hash`. */
+async function opened(hash) {
+  const made = await browser.context.newPage();
+  made.requests = [];
+  made.complaints = [];
+  made.on("request", (request) => made.requests.push(request.url()));
+  made.on("pageerror", (error) => made.complaints.push(String(error)));
+  made.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) made.complaints.push(message.text());
+  });
+  await made.goto(pathToFileURL(PAGE).href + hash);
+  await made.waitForFunction(() => window.playground || window.caromError, null, { timeout: 60_000 });
+  assert.equal(await made.evaluate(() => window.caromError), undefined);
+  return made;
+}
+
+const load = (state) => page.evaluate((s) => window.playground.load(s), state);
+const run = (count) => page.evaluate((n) => window.playground.run(n), count);
+const fingerprint = () => page.evaluate(() => window.playground.fingerprint());
+const complaint = () => page.evaluate(() => document.querySelector(".complaint.wrong")?.textContent ?? "");
+
+test("the same scene gives the same bits in the page and in a native build", options, async () => {
+  const loads = [...FILES.map((file) => ({ text: file })), ...SCENES.map((name) => ({ name }))];
+  const asked = loads.flatMap((from) =>
+    EXACTLY.map(([settings, steps]) => ({ load: { ...from, settings }, steps })),
+  );
+  for (const steps of [1, 90]) asked.push({ load: { text: JSON.stringify(BOUNCING) }, steps });
+  const input = asked.map((each) => JSON.stringify(each)).join("\n");
+  const native = execFileSync(NATIVE, { input, encoding: "utf8" }).trim().split("\n");
+  for (const [i, { load: from, steps }] of asked.entries()) {
+    assert.equal(await load(from), true);
+    await run(steps);
+    const told = await complaint(); // soft steps hold no joints: both say so, in the same words
+    assert.equal(
+      told ? `refused: ${told}` : await fingerprint(),
+      native[i],
+      JSON.stringify(asked[i]).slice(0, 300),
+    );
+  }
+});
+
+test("scene files read in the page give the bits that Python's reader gives", options, async (t) => {
+  const python = process.env.CAROM_PYTHON ?? join(ROOT, ".venv/bin/python");
+  if (!existsSync(python)) return t.skip("no Python environment here: make test-python");
+  const asked = FILES.flatMap((file) => [
+    { load: { text: file, settings: { scheme: "fixed_step" } }, steps: 0 },
+    { load: { text: file, settings: { scheme: "fixed_step" } }, steps: 60 },
+    { load: { text: file, settings: { scheme: "soft_step" } }, steps: 60 },
+  ]);
+  const input = asked.map((each) => JSON.stringify(each)).join("\n");
+  const program = join(HERE, "fingerprints.py");
+  const native = execFileSync(python, [program], { input, encoding: "utf8" }).trim().split("\n");
+  for (const [i, { load: from, steps }] of asked.entries()) {
+    assert.equal(await load(from), true);
+    await run(steps);
+    assert.equal(await fingerprint(), native[i], JSON.stringify(asked[i]).slice(0, 200));
+  }
+});
+
+test("dragging lifts a body, and the books have the work", options, async () => {
+  await load({ text: FILES[0] });
+  const body = await page.evaluate(() => {
+    const { session } = window.playground;
+    return session.live.names.indexOf("box 0 in layer 3");
+  });
+  const at = await page.evaluate((i) => {
+    const box = window.playground.session.view.stage.canvas.getBoundingClientRect();
+    const { x, y } = window.playground.session.view.bodyOnScreen(i);
+    return { x: box.left + x, y: box.top + y };
+  }, body);
+  const height = () =>
+    page.evaluate((i) => {
+      const into = new Float64Array(3);
+      window.playground.session.live.position(0, i, into);
+      return into[1];
+    }, body);
+  const before = await height();
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  await page.mouse.move(at.x, at.y - 120, { steps: 6 });
+  await page.waitForFunction(
+    ([i, low]) => {
+      const into = new Float64Array(3);
+      window.playground.session.live.position(0, i, into);
+      return into[1] > low + 0.3;
+    },
+    [body, before],
+    { timeout: 20_000 },
+  );
+  await page.mouse.up();
+  await page.evaluate(() => window.playground.session.clock.pause());
+  const { applied, closure, energy } = await page.evaluate(() => {
+    const { live } = window.playground.session;
+    const last = live.steps.column("ledger_applied");
+    return { applied: last[last.length - 1], ...live.books };
+  });
+  assert.ok(applied > 100, `work of the hand ${applied} J`);
+  assert.ok(Math.abs(closure) < 1e-9 * energy, `the books close to ${closure} J`);
+});
+
+test("sliders and choices change what is computed", options, async () => {
+  await load({ text: FILES[0] });
+  await run(60);
+  const plain = await fingerprint();
+  await load({ text: FILES[0] });
+  const slide = (name, value) =>
+    page.evaluate(
+      ([control, to]) => {
+        const found = document.querySelector(`[data-control="${control}"]`);
+        found.value = to;
+        found.dispatchEvent(new Event(found.tagName === "SELECT" ? "change" : "input"));
+      },
+      [name, value],
+    );
+  await slide("friction", "0");
+  await slide("dt", "-2");
+  await slide("iterations", "1");
+  await slide("scheme", "soft_step");
+  const { settings } = await page.evaluate(() => window.playground.session.live.about);
+  assert.deepEqual([settings.dt, settings.iterations, settings.scheme], [0.01, 10, "soft_step"]);
+  await run(60);
+  assert.notEqual(await fingerprint(), plain);
+  assert.equal(await complaint(), "");
+});
+
+test("a link brings the state back, bit for bit, and it goes on the same", options, async () => {
+  for (const steps of [0, 40]) {
+    await load({ text: FILES[0], settings: { scheme: "soft_step" } });
+    await run(steps);
+    const link = await page.evaluate(() => window.playground.link());
+    const there = await fingerprint();
+    await run(40);
+    const later = await fingerprint();
+    const other = await opened(new URL(link).hash);
+    assert.equal(await other.evaluate(() => window.playground.fingerprint()), there);
+    await other.evaluate(() => window.playground.run(40));
+    assert.equal(await other.evaluate(() => window.playground.fingerprint()), later);
+    await other.close();
+  }
+});
+
+test("what cannot be read is told, and the scene goes on", options, async () => {
+  await load({ text: FILES[0] });
+  await run(10);
+  const there = await fingerprint();
+  const body = (more) => ({ ...BOUNCING, body: [{ name: "odd", mass: 1, ...more }] });
+  for (const [scene, told] of [
+    ["schema_version = 1\nspace = ", /TOML/],
+    ["{", /JSON/],
+    [JSON.stringify(body({ shape: { type: "egg" } })), /odd.*egg/],
+    [JSON.stringify(body({ frction: 1 })), /odd.*frction/],
+    [JSON.stringify(body({ friction: "much" })), /odd.*friction.*much/],
+    [JSON.stringify(body({ mesh: { file: "a.obj", as: "hull" } })), /odd.*mesh/],
+    [JSON.stringify({ ...BOUNCING, world: { dt: -1 } }), /dt/],
+  ]) {
+    assert.equal(await load({ text: scene }), false);
+    assert.match(await complaint(), told);
+    assert.equal(await fingerprint(), there);
+  }
+  await run(1);
+  assert.notEqual(await fingerprint(), there);
+  const damaged = await opened("#s=nonsense");
+  assert.match(await damaged.evaluate(() => document.querySelector(".complaint").textContent), /damaged/);
+  assert.ok(await damaged.evaluate(() => window.playground.session !== undefined));
+  await damaged.close();
+});
+
+test("nothing is asked of another host, nothing is complained of", options, () => {
+  assert.deepEqual(
+    page.requests.filter(
+      (url) => !url.startsWith("file:") && !url.startsWith("data:") && !url.startsWith("blob:"),
+    ),
+    [],
+  );
+  assert.deepEqual(page.complaints, []);
+});
