@@ -1,9 +1,8 @@
 //! Balls have closed forms of their own; the general way is asked through compounds of one ball.
 
-mod common;
+use crate::common::*;
 use carom_geometry::{Geometry, PlanarPart, PlanarShape, SpatialPart, SpatialShape};
 use carom_math::{Column, Planar, Pose, Spatial, vec2};
-use common::*;
 
 /// Contacts of two shapes and of two others that are the same, from far apart to deep inside each other.
 fn same<S: Geometry>(

@@ -1,9 +1,8 @@
 //! The broad phase against all pairs.
 
-mod common;
+use crate::common::*;
 use carom_geometry::{Aabb, BroadPhase};
 use carom_math::{Column, Planar, Space, Spatial};
-use common::*;
 
 fn all_pairs<S: Space>(
     bounds: &[Aabb<S>],

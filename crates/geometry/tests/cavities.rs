@@ -1,9 +1,8 @@
 //! Cavities against closed forms: gaps, normals, closest points and rays of what is inside one, in both spaces.
 
-mod common;
+use crate::common::*;
 use carom_geometry::{ContactPoint, Geometry, PlanarShape, SpatialShape};
 use carom_math::{Column, Planar, Pose, Spatial, Turn, Vec3, vec2, vec3};
-use common::*;
 use std::f64::consts::PI;
 
 /// Contacts with the cavity as the second of the pair; as the first they must be the same with normals turned round.

@@ -1,9 +1,8 @@
 //! Gaps, normals and counts of simple pairs against what a pencil gives.
 
-mod common;
+use crate::common::*;
 use carom_geometry::{ContactPoint, Geometry, PlanarShape, SpatialShape};
 use carom_math::{Column, Planar, Pose, Rotation, Spatial, Turn, Vec3, vec2, vec3};
-use common::*;
 
 const GAPS: [f64; 11] = [1e-2, 1e-4, 1e-6, 1e-9, 1e-12, 0.0, -1e-12, -1e-9, -1e-6, -1e-4, -1e-2];
 

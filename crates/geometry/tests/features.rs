@@ -1,9 +1,8 @@
 //! Names of contact points: distinct within a pair, unchanged while the same features touch.
 
-mod common;
+use crate::common::*;
 use carom_geometry::{Geometry, PlanarPart, PlanarShape, SpatialPart, SpatialShape};
 use carom_math::{Planar, Pose, Spatial, vec2, vec3};
-use common::*;
 
 fn names<S: Geometry>(a: &S::Shape, pose_a: &Pose<S>, b: &S::Shape, pose_b: &Pose<S>) -> Vec<u64> {
     let mut names: Vec<u64> = contacts::<S>(a, pose_a, b, pose_b, 0.02).iter().map(|p| p.feature).collect();

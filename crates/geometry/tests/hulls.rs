@@ -1,10 +1,9 @@
 //! Hulls and convex decomposition.
 
-mod common;
+use crate::common::*;
 use carom_geometry::hull::{convex_hull_planar, convex_hull_spatial};
 use carom_geometry::{Decomposition, decompose};
 use carom_math::{Column, Vec2, Vec3, vec2, vec3};
-use common::*;
 
 fn volume(corners: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
     let at = |i: u32| corners[i as usize] - corners[0];

@@ -1,9 +1,8 @@
 //! Laws that hold for every pair of convex shapes, whatever found the contact.
 
-mod common;
+use crate::common::*;
 use carom_geometry::{Closest, Geometry};
 use carom_math::{Column, Planar, Pose, Rotation, Space, Spatial};
-use common::*;
 
 /// Every ordered pair of shapes at many random poses, from far apart to deep inside each other.
 fn each_pair<S: Geometry>(

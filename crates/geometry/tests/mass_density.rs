@@ -1,15 +1,13 @@
 //! Mass properties of density functions: closed forms of smooth, layered and enclosed densities, the honesty of
 //! the stated error, and what is refused (theory chapter 1).
 
-mod mass_common;
-
+use crate::mass_common::*;
 use carom_geometry::quadrature::{ACCEPTABLE_ERROR, EVALUATION_BUDGET};
 use carom_geometry::{MassProperties, PlanarPart, PlanarShape, ShapeError, SpatialPart, SpatialShape};
 use carom_geometry::{mass_planar, mass_spatial};
 use carom_math::{
     Column, Inertia, Planar, Pose, Quaternion, Rotation, Space, Spatial, Sym3, Turn, Vec2, Vec3, vec2, vec3,
 };
-use mass_common::*;
 use std::f64::consts::PI;
 
 /// The error a body states bounds how far it is from the truth, and is within the tolerance.

@@ -1,13 +1,11 @@
 //! Closed forms of the plane's mass properties against textbook formulas and against each other
 //! (theory chapter 1).
 
-mod mass_common;
-
+use crate::mass_common::*;
 use carom_geometry::mass_moments::Moments;
 use carom_geometry::mass_polygon::polygon_moments;
 use carom_geometry::{MassProperties, PlanarPart, PlanarShape, mass_planar};
 use carom_math::{Column, Moment, Planar, Pose, Rotation, Turn, Vec2, vec1, vec2};
-use mass_common::*;
 use std::f64::consts::PI;
 
 fn known(mass: f64, center: Vec2, inertia: f64) -> MassProperties<Planar> {

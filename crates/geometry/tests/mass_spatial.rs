@@ -1,12 +1,10 @@
 //! Closed forms of space's mass properties against textbook formulas and against each other
 //! (theory chapter 1).
 
-mod mass_common;
-
+use crate::mass_common::*;
 use carom_geometry::mass_polyhedron::polyhedron_moments;
 use carom_geometry::{MassProperties, SpatialPart, SpatialShape, mass_spatial};
 use carom_math::{Column, Inertia, Pose, Quaternion, Rotation, Spatial, Sym3, Vec3, vec3};
-use mass_common::*;
 use std::f64::consts::PI;
 
 fn known(mass: f64, center: Vec3, inertia: Sym3) -> MassProperties<Spatial> {

@@ -1,9 +1,8 @@
 //! Rays against closed forms and against the distance they end at.
 
-mod common;
+use crate::common::*;
 use carom_geometry::{Geometry, PlanarShape, RayHit, SpatialPart, SpatialShape};
 use carom_math::{Column, Planar, Pose, Rotation, Spatial, Vec3, vec2, vec3};
-use common::*;
 
 fn cast(
     shape: &SpatialShape,

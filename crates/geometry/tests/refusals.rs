@@ -1,9 +1,8 @@
 //! Every malformed shape is refused by name: field, value, remedy.
 
-mod common;
+use crate::common::*;
 use carom_geometry::{Geometry, PlanarPart, PlanarShape, SpatialPart, SpatialShape};
 use carom_math::{Planar, Pose, Quaternion, Spatial, Turn, Vec2, Vec3, vec2, vec3};
-use common::*;
 
 #[track_caller]
 fn refused<S: Geometry>(shape: S::Shape, field: &str, value: &str) {

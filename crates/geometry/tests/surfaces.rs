@@ -1,9 +1,8 @@
 //! Meshes, height fields and polylines: nothing stumbles over seams, folds count from the right side.
 
-mod common;
+use crate::common::*;
 use carom_geometry::{Geometry, PlanarShape, SpatialShape};
 use carom_math::{Column, Planar, Pose, Rotation, Spatial, Turn, Vec2, vec2, vec3};
-use common::*;
 
 #[test]
 fn nothing_that_rolls_or_slides_over_a_flat_mesh_meets_a_tilted_normal() {

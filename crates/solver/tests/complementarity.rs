@@ -1,11 +1,9 @@
 //! Complementarity of what solvers return: contacts that push where they hold and let go where they part, bounded
 //! rows at and between their bounds, equality rows (theory eqs. 5.9 and 5.11; items 31, 33, 34, 41, 44).
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Space};
 use carom_solver::{BoundedRow, ContactProblem, FrictionLaw, SolverKind, Stop, Twist};
-use common::*;
 
 /// The solvers that take every kind of row.
 const GENERAL: [SolverKind; 3] = [SolverKind::Pgs, SolverKind::PgsMatrix, SolverKind::Lemke];

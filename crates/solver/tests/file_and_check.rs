@@ -1,14 +1,12 @@
 //! A problem as a value: written to a file and read back bit for bit, and refused by name when it cannot be one.
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Inertia, Planar, Space, Spatial};
 use carom_solver::file::{from_json, to_json};
 use carom_solver::{
     Contact, ContactProblem, FrictionLaw, Impulse, ImpulseSolver, Impulses, Outcome, SolveSettings,
     SolverKind,
 };
-use common::*;
 
 const RECIPE: Recipe = Recipe { bodies: 5, contacts: 6, rows: 8, friction: 0.5, law: FrictionLaw::Box };
 

@@ -1,14 +1,12 @@
 //! Conjugate gradients and accelerated projected gradients: that they reach Coulomb's law itself, how fast beside
 //! plain sweeps (theory chapter 5, section 5.10), and that they keep the best they found.
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Space, Spatial, vec3};
 use carom_solver::{
     Contact, ContactProblem, FrictionLaw, Impulses, Progress, SolveSettings, SolverKind, Stop, Twist,
     residual,
 };
-use common::*;
 
 const ACCELERATED: [SolverKind; 2] = [SolverKind::Nncg, SolverKind::Apgd];
 /// The speed that a step of gravity gives [m/s].

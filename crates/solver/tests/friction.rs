@@ -1,14 +1,12 @@
 //! Friction: the exact impulse of one contact, the direction of friction in systems, and what the box law does
 //! instead (theory sections 3.5 and 5.6; items 35, 36).
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Planar, Space, Spatial, vec1, vec2, vec3};
 use carom_solver::cone::project_tangent;
 use carom_solver::friction::friction_impulse;
 use carom_solver::prepared::{Prepared, PreparedContact};
 use carom_solver::{Contact, ContactProblem, FrictionLaw, Impulses, SolverKind, Twist};
-use common::*;
 
 /// A prepared contact of random bodies whose tangential block of W is as given.
 fn with_block([a, b, d]: [f64; 3]) -> PreparedContact<Spatial> {

@@ -2,12 +2,10 @@
 //! friction or with far too much, with repeated and contradicting contacts. Every answer is finite and judged, or the
 //! solver says why it has none and hands back what it was given; none hangs.
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Inertia, Space};
 use carom_solver::delassus::{delassus, right_hand_side};
 use carom_solver::{ContactProblem, FrictionLaw, Impulses, SolveSettings, SolverKind, Stop, residual};
-use common::*;
 
 /// A random problem made worse in one of several ways.
 fn cruel<S: Space>(random: &mut Random) -> ContactProblem<S> {

@@ -1,12 +1,10 @@
 //! Laws that hold for every solver: momentum, angular momentum, and the energy identities (theory eqs. 3.11, 3.12,
 //! 3.21, 4.20 and 4.22).
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Space};
 use carom_solver::delassus::delassus;
 use carom_solver::{Contact, ContactProblem, FrictionLaw, Impulses, SolverKind, Stop};
-use common::*;
 
 /// A free cluster: bodies with common contact points, nothing fixed; and where the bodies are.
 fn free_cluster<S: Space>(

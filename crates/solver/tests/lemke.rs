@@ -2,13 +2,11 @@
 //! that way; at a bound or between) is one linear system, and those whose solution keeps its own promises are
 //! all the solutions that exist.
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Planar, Space, Spatial};
 use carom_solver::delassus::{delassus, right_hand_side};
 use carom_solver::lcp::{LcpEnd, solve_lcp};
 use carom_solver::{ContactProblem, FrictionLaw, Impulses, SolverKind, Stop, residual};
-use common::*;
 
 /// What a scalar row does in one of the combinations.
 #[derive(Clone, Copy, Debug, PartialEq)]

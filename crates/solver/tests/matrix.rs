@@ -1,12 +1,10 @@
 //! The matrix form: J, M, A = J M^-1 J^T and b, and what virtual work says of them (theory chapter 5, sections 5.1
 //! to 5.3; items 28 to 32, 38 to 43).
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Inertia, Space};
 use carom_solver::delassus::*;
 use carom_solver::{ContactProblem, FrictionLaw, Impulses, SolverKind, Twist};
-use common::*;
 
 const RECIPE: Recipe = Recipe { bodies: 6, contacts: 9, rows: 3, friction: 0.6, law: FrictionLaw::Disc };
 

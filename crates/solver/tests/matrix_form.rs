@@ -1,15 +1,13 @@
 //! Problems in matrix form: the solvers of W r + q against each other, against enumeration and pivoting, and against
 //! the measure that knows none of them (theory chapter 5, section 5.10).
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Planar, Space};
 use carom_solver::delassus::{delassus, right_hand_side};
 use carom_solver::{
     Csr, FrictionLaw, FrictionOutcome, FrictionProblem, FrictionSettings, FrictionSolverKind, SolverKind,
     Stop, measure, unwatched,
 };
-use common::*;
 
 const ITERATIVE: [FrictionSolverKind; 3] =
     [FrictionSolverKind::Pgs, FrictionSolverKind::Nncg, FrictionSolverKind::Apgd];

@@ -1,14 +1,12 @@
 //! One collision between two bodies, or a body and an obstacle: the pieces of `carom_solver::collision` and the
 //! rows of one contact (theory chapter 3).
 
-mod common;
-
+use crate::common::*;
 use carom_math::skew::{cross_planar, skew_planar, skew_spatial};
 use carom_math::{Column, Inertia, Planar, Space, Spatial, vec1, vec2};
 use carom_solver::collision::*;
 use carom_solver::delassus::delassus;
 use carom_solver::{ContactProblem, InverseMass, SolverKind, Twist};
-use common::*;
 
 /// Two bodies that touch at the tips of their arms.
 struct Pair<S: Space> {

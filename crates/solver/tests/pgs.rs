@@ -1,12 +1,10 @@
 //! Projected Gauss-Seidel: that it converges and how (items 27, 35, 37), and that the form on bodies and the form on
 //! the matrix are one method (item 45) (theory chapter 5, sections 5.4 and 5.6).
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Space};
 use carom_solver::delassus::{delassus, right_hand_side};
 use carom_solver::{ContactProblem, FrictionLaw, Impulses, SolveSettings, SolverKind, Stop, residual};
-use common::*;
 
 const PLAIN: Recipe = Recipe { bodies: 8, contacts: 14, rows: 0, friction: 0.0, law: FrictionLaw::Disc };
 

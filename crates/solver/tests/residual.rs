@@ -1,13 +1,11 @@
 //! The residual judges every solver alike: zero exactly at solutions, a velocity, blind to the unit of mass (theory
 //! eqs. 5.31 to 5.34).
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Inertia, Space};
 use carom_solver::cone::project_tangent;
 use carom_solver::delassus::delassus;
 use carom_solver::{ContactProblem, Entry, FrictionLaw, Impulses, Residual, SolverKind, Twist, residual};
-use common::*;
 
 const RECIPE: Recipe = Recipe { bodies: 7, contacts: 9, rows: 4, friction: 0.5, law: FrictionLaw::Disc };
 

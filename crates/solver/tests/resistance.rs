@@ -1,8 +1,7 @@
 //! Rolling and spinning friction: closed forms of one step, energy, agreement of the solvers that know it, files, and
 //! refusals by those that do not (theory eqs. 3.24 to 3.28).
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Space, Spatial, vec3};
 use carom_solver::delassus::{delassus, right_hand_side};
 use carom_solver::file::{from_json, to_json};
@@ -11,7 +10,6 @@ use carom_solver::{
     Contact, ContactProblem, FrictionLaw, Impulses, Resistance, SolveSettings, SolverKind, Stop, Twist,
     residual,
 };
-use common::*;
 
 const KNOWING: [SolverKind; 4] = [SolverKind::Pgs, SolverKind::Nncg, SolverKind::Apgd, SolverKind::Exact];
 const RADIUS: f64 = 0.3;

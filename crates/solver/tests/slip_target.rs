@@ -1,15 +1,13 @@
 //! Slips that are asked for (theory eq. 3.19): Coulomb's law for u_t - slip_target. Velocities that are all changed by
 //! J d, and targets with them, are the same problem: what solves one solves the other, whatever the solver.
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Space};
 use carom_solver::delassus::{right_hand_side, targets};
 use carom_solver::{
     Certificate, ContactProblem, FrictionLaw, ImpulseChoice, Impulses, SolveSettings, SolverKind, Stop,
     Twist, file, residual,
 };
-use common::*;
 
 /// The same problem, seen from bodies that all have further velocities: targets move along.
 fn moved<S: Space>(problem: &ContactProblem<S>, random: &mut Random) -> ContactProblem<S> {

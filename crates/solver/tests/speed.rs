@@ -1,13 +1,11 @@
 //! How long a sweep takes, for the eyes of whoever changes it:
-//! `cargo test --release -p carom-solver --test speed -- --ignored --nocapture`.
+//! `cargo test --release -p carom-solver --test all speed -- --ignored --nocapture`.
 //! A measurement, not a law: it asserts only that the sweep ran.
 
-mod common;
-
+use crate::common::*;
 use carom_math::Space;
 use carom_solver::prepared::Prepared;
 use carom_solver::{ContactProblem, Impulses, SolveSettings, SolverKind, Twist};
-use common::*;
 use std::hint::black_box;
 use std::time::Instant;
 

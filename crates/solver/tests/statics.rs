@@ -1,13 +1,11 @@
 //! Statics with known forces: columns, a table on four legs, a ball in a groove, and what the direct solver refuses
 //! (items 22, 31; cases C24, C25, C26).
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Planar, Space, Spatial, vec1, vec2, vec3};
 use carom_solver::{Contact, ContactProblem, FrictionLaw, Impulses, SolverKind, Stop, Twist};
-use common::*;
 
-/// The speed that a step of gravity gives in `common::column` [m/s].
+/// The speed that a step of gravity gives in `crate::common::column` [m/s].
 const FALL: f64 = 0.04;
 
 /// Fails unless contact k carries the weight of everything from body k on.

@@ -1,12 +1,10 @@
 //! Systems of collisions: particles and their closed forms, one collision at a time, the iteration, and impacts with
 //! known answers (theory chapter 4; items 20 to 25, 47; cases C9, C10, C11).
 
-mod common;
-
+use crate::common::*;
 use carom_math::{Column, Inertia, Space};
 use carom_solver::delassus::delassus;
 use carom_solver::{Contact, ContactProblem, SolverKind, Stop, Twist};
-use common::*;
 
 /// The solvers of the simultaneous law.
 const SIMULTANEOUS: [SolverKind; 4] =

@@ -23,10 +23,10 @@ pub struct Start {
 pub const CENTRED: Start = Start { size: 1.0, smoothing: 0.0, centrality: 0.1 };
 
 /// Most interior point steps.
-const STEPS: usize = 60;
+pub const STEPS: usize = 60;
 
 /// What the iterations so far say about going on.
-struct Trend {
+pub struct Trend {
     /// The best errors after each step so far.
     history: [f64; STEPS + 1],
     steps: usize,
@@ -35,15 +35,25 @@ struct Trend {
 }
 
 impl Trend {
+    /// Nothing so far.
+    pub fn none() -> Self {
+        Trend { history: [0.0; STEPS + 1], steps: 0, jammed: 0, last_try: f64::INFINITY }
+    }
+    /// True where Newton is worth a try: near, and much nearer than at the last.
+    pub fn is_near(&mut self, error: f64) -> bool {
+        let near = error < 1e-4 && error < 0.2 * self.last_try;
+        self.last_try = if near { error } else { self.last_try };
+        near
+    }
     /// True when twelve steps brought less than a fifth.
-    fn stalls(&mut self, best: f64) -> bool {
+    pub fn stalls(&mut self, best: f64) -> bool {
         self.history[self.steps] = best;
         self.steps += 1;
         let n = self.steps;
         n > 13 && self.history[n - 1] > 0.8 * self.history[n - 13]
     }
     /// True after three steps in a row that were blocked at once.
-    fn jams(&mut self, step: f64) -> bool {
+    pub fn jams(&mut self, step: f64) -> bool {
         self.jammed = if step < 0.05 { self.jammed + 1 } else { 0 };
         self.jammed >= 3 && self.steps > 6
     }
@@ -77,7 +87,7 @@ fn steps<const D: usize>(
     pair: &mut Pair<D>,
     x: &mut Vec<[f64; D]>,
 ) -> StageEnd {
-    let mut trend = Trend { history: [0.0; STEPS + 1], steps: 0, jammed: 0, last_try: f64::INFINITY };
+    let mut trend = Trend::none();
     let mut best = f64::INFINITY;
     for iteration in 0..=STEPS {
         solve.scaled.velocities(&pair.x, &mut pair.u);
@@ -95,8 +105,7 @@ fn steps<const D: usize>(
         if !solve.tell("interior point", iteration) {
             return StageEnd::Interrupted;
         }
-        if errors.worst() < 1e-4 && errors.worst() < 0.2 * trend.last_try {
-            trend.last_try = errors.worst();
+        if trend.is_near(errors.worst()) {
             match finish(solve, &pair.x, 8) {
                 StageEnd::Stuck => {}
                 end => return end,

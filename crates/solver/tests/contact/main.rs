@@ -15,6 +15,7 @@ mod judge;
 mod minimum_norm;
 mod minimum_norm_mixed;
 mod mixed;
+mod mixed_oracle;
 mod oracle;
 mod random;
 mod scenes;

@@ -1,6 +1,7 @@
 //! What exact solves beside contacts with Coulomb's disc: bounded rows, rolling and spinning friction, box friction.
 
 use crate::common::*;
+use crate::mixed_oracle::strict_feasibility;
 use crate::scenes::*;
 use carom_math::{Column, Space};
 use carom_solver::{
@@ -46,6 +47,22 @@ fn mixed_problems_are_solved_to_the_last_digits<S: Space>() {
     assert!(factorised > 0);
 }
 
+/// A structure that is pushed, that resists rolling, and whose bodies equality rows hold to each other.
+fn tied<S: Space>(mut problem: ContactProblem<S>, push: f64, random: &mut Random) -> ContactProblem<S> {
+    let moved = problem.velocities.iter_mut().zip(&problem.inverse_masses);
+    moved.filter(|(_, m)| !m.is_fixed()).for_each(|(v, _)| v.add_scaled(&random.twist(1.0), push));
+    let coefficient = |contact| Resistance { contact, rolling: 0.01, spinning: 0.005 };
+    problem.resistances = (0..problem.contacts.len()).map(coefficient).collect();
+    let bodies = problem.inverse_masses.len();
+    let rows = Recipe { bodies, contacts: 0, rows: 2, friction: 0.0, law: FrictionLaw::Disc };
+    let tied = random_problem::<S>(random, rows).rows;
+    let moves = |k: usize| !problem.inverse_masses[k].is_fixed();
+    let tied = tied.into_iter().filter(|r| moves(r.a) && moves(r.b));
+    problem.rows = tied.map(|r| BoundedRow { lo: f64::NEG_INFINITY, hi: f64::INFINITY, ..r }).collect();
+    problem.check().expect("a sound problem");
+    problem
+}
+
 /// Redundant contacts that resist rolling too: walls at rest, pushed, and held together by equality rows.
 fn redundant_structures_that_resist_are_solved<S: Space>() {
     let mut random = Random::new(302);
@@ -53,29 +70,33 @@ fn redundant_structures_that_resist_are_solved<S: Space>() {
     structures.extend([(3, 3), (5, 6)].map(|(columns, rows)| wall::<S>(columns, rows, 0.5)));
     for structure in structures {
         for push in [0.0, 0.01] {
-            let mut problem = structure.clone();
-            let moved = problem.velocities.iter_mut().zip(&problem.inverse_masses);
-            moved.filter(|(_, m)| !m.is_fixed()).for_each(|(v, _)| v.add_scaled(&random.twist(1.0), push));
-            let coefficient = |contact| Resistance { contact, rolling: 0.01, spinning: 0.005 };
-            problem.resistances = (0..problem.contacts.len()).map(coefficient).collect();
-            let bodies = problem.inverse_masses.len();
-            let rows = Recipe { bodies, contacts: 0, rows: 2, friction: 0.0, law: FrictionLaw::Disc };
-            let tied = random_problem::<S>(&mut random, rows).rows;
-            let moves = |k: usize| !problem.inverse_masses[k].is_fixed();
-            let tied = tied.into_iter().filter(|r| moves(r.a) && moves(r.b));
-            problem.rows =
-                tied.map(|r| BoundedRow { lo: f64::NEG_INFINITY, hi: f64::INFINITY, ..r }).collect();
-            problem.check().expect("a sound problem");
+            let problem = tied(structure.clone(), push, &mut random);
             let settings = SolveSettings { tolerance: 1e-11, ..SolveSettings::default() };
             let (_, outcome) = exact(&problem, settings);
-            assert_eq!(
-                outcome.stop,
-                Stop::Converged,
-                "{} contacts, {push}: {outcome:?}",
-                problem.contacts.len()
-            );
+            let contacts = problem.contacts.len();
+            assert_eq!(outcome.stop, Stop::Converged, "{contacts} contacts, {push}: {outcome:?}");
         }
     }
+}
+
+/// Heavy on light, tied and pushed: one of thirty was left unsolved, which of them hung on the last bit of a square
+/// root, by sweeps, Newton and proximal points that had no curve to follow.
+fn tied_stacks_are_solved_wherever_a_solution_must_exist<S: Space>() {
+    let mut solved = 0;
+    for seed in 0..60 {
+        let mut random = Random::new(9000 + seed);
+        let masses = [[1.0, 1.0, 1000.0, 1.0], [1.0, 1000.0, 1.0, 1.0]][seed as usize % 2];
+        let problem = tied(stack::<S>(&masses, 0.5), 0.01, &mut random);
+        let settings = SolveSettings { tolerance: 1e-11, ..SolveSettings::default() };
+        let (_, outcome) = exact(&problem, settings);
+        if outcome.stop == Stop::Converged {
+            solved += 1;
+            continue;
+        }
+        let strict = strict_feasibility(&problem);
+        assert!(strict <= 0.0, "seed {seed}: {strict} {outcome:?}");
+    }
+    assert!(solved >= 50, "{solved}");
 }
 
 /// Contacts without friction whose bodies do not move sideways were taken to stick: Newton then pushed sideways.
@@ -135,6 +156,7 @@ fn a_budget_of_no_factorisations_is_kept<S: Space>() {
 in_both_spaces! {
     mixed_problems_are_solved_to_the_last_digits;
     redundant_structures_that_resist_are_solved;
+    tied_stacks_are_solved_wherever_a_solution_must_exist;
     frictionless_contacts_at_rest_hold_nothing;
     the_answer_is_that_of_the_sweeps;
     auto_takes_mixed_problems_to_the_last_digits;

@@ -85,7 +85,7 @@ impl Scaled {
 }
 
 /// Rows as a matrix in compressed columns.
-fn columns(rows: &[Vec<f64>], width: usize) -> CscMatrix<f64> {
+pub fn columns(rows: &[Vec<f64>], width: usize) -> CscMatrix<f64> {
     let (mut starts, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
     for j in 0..width {
         for (i, row) in rows.iter().enumerate() {
@@ -100,7 +100,7 @@ fn columns(rows: &[Vec<f64>], width: usize) -> CscMatrix<f64> {
 }
 
 /// min x^T P x / 2 + c^T x with b - A x in the cones, to 14 digits where there are as many, else to 12.
-fn minimum(
+pub fn minimum(
     p: &CscMatrix<f64>,
     c: &[f64],
     a: &CscMatrix<f64>,

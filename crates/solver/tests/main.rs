@@ -1,0 +1,23 @@
+//! The solvers against closed forms, laws and each other.
+
+#[macro_use]
+mod common;
+
+mod complementarity;
+mod file_and_check;
+mod first_order;
+mod friction;
+mod fuzz;
+mod laws;
+mod lemke;
+mod linear;
+mod matrix;
+mod matrix_form;
+mod one_collision;
+mod pgs;
+mod residual;
+mod resistance;
+mod slip_target;
+mod speed;
+mod statics;
+mod systems;
