@@ -99,6 +99,11 @@ export class LiveReplay implements Omit<Public<Replay>, "payload" | "steps"> {
     } as unknown as Table;
   }
 
+  /** What was asked for, or a millionth [m/s]. */
+  get tolerance(): number {
+    return Number(this.table.settings.tolerance) || 1e-6;
+  }
+
   /** This, as the parts of the replay page take it; they read no more than what is here. */
   get asReplay(): Replay {
     return this as unknown as Replay;
@@ -251,6 +256,7 @@ function contactsOf(now: Float64Array, bodies: number, d: 2 | 3): Contacts {
     frictionImpulse: vector(4 + 2 * d),
     slip: vector(4 + 3 * d),
     status: Uint8Array.from(one(4 + 4 * d)),
+    residual: new Float32Array(count).fill(Number.NaN),
   };
 }
 

@@ -196,6 +196,31 @@ withPage("the certificate tells the step shown and the worst step", "plane.html"
   assert.match(text, /positions\s+rounded by at most .* m/);
 });
 
+withPage(
+  "steps of frames are explained, and contacts coloured by their residual",
+  "told.html",
+  {},
+  async (page) => {
+    await page.getByRole("tab", { name: "Certificate" }).click();
+    const why = [];
+    for (const time of [0.1, 0.4]) {
+      await page.evaluate((t) => window.carom.seek(t), time);
+      await settled(page);
+      why.push(await page.locator(".certificate > div").first().innerText());
+      assert.match(why.at(-1), /Why\s[\s\S]*accurate: the contact problem[\s\S]*residual of the natural map/);
+    }
+    assert.notEqual(why[0], why[1]);
+    const residuals = await page.evaluate(() => {
+      const [replay] = window.carom.replays;
+      return Array.from(replay.contacts(replay.frames - 1).residual);
+    });
+    assert.ok(residuals.length > 0 && residuals.every((r) => r >= 0 && r < 1), residuals.join());
+    await page.locator("summary", { hasText: "Contacts" }).click();
+    await page.getByLabel("colour of contacts").selectOption("residual");
+    assert.match(await page.locator(".legend").innerText(), /within .* m\/s[\s\S]*not known/);
+  },
+);
+
 withPage("names of bodies are text and nothing else", "hostile.html", {}, async (page) => {
   assert.equal(await page.evaluate(() => window.broken), undefined);
   const names = await page.evaluate(() => window.carom.replays[0].names);

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from carom import planar, spatial
+from carom.cli import main as carom
+from carom.run import Run
 from carom.scene import load_scene
 
 #: Names that would break a page that read them as HTML or ended a script at them.
@@ -126,6 +128,13 @@ def rain() -> Any:
     return world
 
 
+def told(path: Path) -> Run:
+    """A run that holds its scene, so that its steps can be explained."""
+    if carom(["run", "card_house", "--time", "0.5", "--out", str(path), "--quiet"]):
+        raise SystemExit("the card house does not run")
+    return Run.load(path)
+
+
 def small(folder: Path) -> None:
     """The pages of the tests."""
     run = stack().run(1.5, every=4)
@@ -135,6 +144,7 @@ def small(folder: Path) -> None:
     gallery_planar().run(1.0, every=4).to_html(folder / "gallery-plane.html")
     gallery_spatial().run(1.0, every=4).to_html(folder / "gallery-space.html")
     hostile().run(0.3).to_html(folder / "hostile.html")
+    told(folder / "told.h5").to_html(folder / "told.html", explain_seconds=60.0)
     (folder / "notebook.html").write_text(
         f"<!doctype html><body>{run._repr_html_()}</body>", encoding="utf-8"
     )

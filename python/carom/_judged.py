@@ -57,10 +57,13 @@ class Judged:
 
         Returns
         -------
-        The problem, and a (k, d) float64 array: normal, then tangential impulses, contact frames [N s]
+        The problem, and a (k, d) float64 array: normal, then tangential impulses, contact frames [N s]. Where
+        the problem has rows of joints, rolling or spinning friction, one float64 array in scalar order: those
+        of the contacts, the rows', the moments [N s], [N m s].
         """
         native, flat = self._native.last_problem(_phase(phase))
-        impulses: Floats = frozen(flat.reshape(-1, self._space.dimension))
+        _, _, rows, moments = native.counts()
+        impulses: Floats = frozen(flat if rows or moments else flat.reshape(-1, self._space.dimension))
         return ContactProblem._of(self._space, native, self.names), impulses
 
     def certificate(self, phase: str = "contact", *, island: str | None = None) -> Certificate:

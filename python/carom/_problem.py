@@ -330,6 +330,26 @@ class ContactProblem:
         """
         return Residual(*self._native.residual(self._flat(impulse, "impulse"), friction_law))
 
+    def residuals(self, impulse: npt.ArrayLike, *, friction_law: str | None = None) -> Floats:
+        """Residual of every contact for any impulses: where an answer is off, and by how much.
+
+        Parameters
+        ----------
+        impulse : (k, d), or flat in scalar order with rows and moments [N s]
+        friction_law : "disc" or "box"; the problem's own when absent
+
+        Returns
+        -------
+        (k,) float64 array [m/s]; rolling and spinning friction count with their contact.
+
+        Raises
+        ------
+        BuildError
+            For a wrong count.
+        """
+        found: Floats = frozen(self._native.residuals(self._flat(impulse, "impulse"), friction_law))
+        return found
+
     def _island(self, fields: tuple[Any, ...]) -> IslandReport:
         contacts, rows, bodies, first, residual, relative, worst, stages, why, feasible = fields
 

@@ -112,6 +112,49 @@ class Comparison:
 
         return plot_comparison(self)
 
+    def to_html(
+        self,
+        path: str | Path,
+        solvers: tuple[str, str] | None = None,
+        *,
+        max_bytes: int | None = None,
+    ) -> Path:
+        """Writes a page that replays two of the runs, as ghosts or side by side, with their distance plotted.
+
+        Parameters
+        ----------
+        solvers : the two; when absent the reference and the run that is farthest from it
+        max_bytes : about the size of the page at most, 2e7 when absent [bytes]
+
+        Returns
+        -------
+        The path.
+
+        Raises
+        ------
+        CaromError
+            When a solver is not among the runs, fewer than two have a frame, or the page cannot be made or
+            written.
+        """
+        first, second = self._pair() if solvers is None else solvers
+        for name in (first, second):
+            if name not in self.runs:
+                remedy = f"choose two of {', '.join(self.runs)}"
+                raise CaromError(
+                    f"no run with solver {name!r}; {remedy}", field="solvers", value=name, remedy=remedy
+                )
+        return self.runs[first].to_html(path, other=self.runs[second], max_bytes=max_bytes)
+
+    def _pair(self) -> tuple[str, str]:
+        """The reference, and the run that is farthest from it."""
+        others = [row for row in self.rows if row.solver in self.runs and row.solver != self.reference]
+        if self.reference is None or not others:
+            remedy = "compare two solvers that can run the scene"
+            raise CaromError(f"there are no two runs to show; {remedy}", field="solvers", remedy=remedy)
+        apart = {row.solver: row.trajectory_error for row in others}
+        known = {name: error for name, error in apart.items() if not math.isnan(error)} or apart
+        return self.reference, max(known, key=lambda name: known[name])
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values for programs; what is not finite becomes None."""
         rows = [

@@ -384,8 +384,8 @@ class Run:
         other : a run of the same scene, shown as ghosts or beside this one, with the distance between them
         max_bytes : about the size of the page at most, 2e7 when absent; larger runs are thinned, which the
             page tells [bytes]
-        explain_seconds : the worst step is explained in words when running up to it again takes no longer, 5
-            when absent; 0 for never [s]
+        explain_seconds : the worst step, and as many others as there is time for, are explained in words when
+            running the scene again up to the worst takes no longer, 5 when absent; 0 for never [s]
 
         Returns
         -------

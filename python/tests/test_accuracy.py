@@ -18,7 +18,7 @@ import pytest
 from spaces import Face, both
 
 import carom
-from carom import Certificate, InaccurateError, InaccurateWarning, StepReport
+from carom import Certificate, InaccurateError, InaccurateWarning, StepReport, planar
 
 
 def tower(face: Face, top: float = 1e4, **settings: Any) -> Any:
@@ -237,3 +237,17 @@ def test_asking_for_accuracy_of_an_unknown_kind_is_refused(face: Face) -> None:
     with pytest.raises(carom.BuildError, match="on_inaccurate must be one of 'ignore', 'warn'"):
         face.world(on_inaccurate="shout")
     assert carom.ON_INACCURATE == ("ignore", "warn", "raise", "escalate")
+
+
+def test_the_last_problem_of_a_step_with_moments_has_its_impulses_in_scalar_order() -> None:
+    w = planar.World(dt=1 / 100, solver="exact", tolerance=1e-10)
+    w.add_static("floor", planar.HalfPlane(), friction=0.5)
+    rough: dict[str, Any] = {"density": 1.0, "friction": 0.5}
+    w.add_body("disc", planar.Circle(0.5), position=(0, 0.5), rolling_friction=0.01, **rough)
+    w.add_body("above", planar.Circle(0.5), position=(0, 2.5), **rough)
+    w.step()
+    problem, impulses = w.last_problem()
+    assert impulses.shape == (3,)
+    assert problem.residual(impulses).absolute <= 1e-10
+    assert problem.residuals(impulses) == pytest.approx([0.0], abs=1e-10)
+    assert problem.residuals(np.zeros(3)) == pytest.approx([problem.residual(np.zeros(3)).absolute])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -109,3 +110,15 @@ def test_what_cannot_be_compared_is_refused() -> None:
         compare(ScriptedWorld, ["pgs"])
     with pytest.raises(BuildError, match="scene must be a World"):
         compare(42, ["pgs"], t=1.0)
+
+
+def test_two_runs_of_a_comparison_are_replayed_together(tmp_path: Path) -> None:
+    found = compare("card_house", ["pgs", "exact", "sequential"], t=0.05)
+    page = found.to_html(tmp_path / "two.html").read_text(encoding="utf-8")
+    assert page.count('type="application/carom-run">') == 2
+    chosen = found.to_html(tmp_path / "chosen.html", ("pgs", "sequential")).read_text(encoding="utf-8")
+    assert chosen != page
+    with pytest.raises(CaromError, match="no run with solver 'lemke'; choose two of"):
+        found.to_html(tmp_path / "none.html", ("pgs", "lemke"))
+    with pytest.raises(CaromError, match="there are no two runs"):
+        compare("card_house", ["pgs"], t=0.05).to_html(tmp_path / "one.html")

@@ -18,7 +18,7 @@ import carom
 from carom import planar, spatial
 from carom.cli import main
 from carom.errors import CaromError
-from carom.player import encode, film, page, steps
+from carom.player import encode, film, page, steps, words
 from carom.player.chromium import find_chromium
 from carom.player.drawing import draw_planar
 from carom.player.quantise import (
@@ -184,6 +184,43 @@ def test_the_worst_step_of_a_scene_is_explained(tmp_path: Path, monkeypatch: pyt
     assert table["words"]["certificate"]
     [brief] = tables_of(page.page_of(Run.load("run.h5"), explain_seconds=0.0))
     assert "explain_seconds" in brief["words"]["note"]
+
+
+def test_steps_of_frames_are_explained_as_far_as_there_is_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "card_house", "--time", "0.2", "--out", "run.h5", "--quiet"]) == 0
+    run = Run.load("run.h5")
+    told = words.in_words(run, 60.0)
+    assert told.table["note"] == ""
+    ends = {str(round(t / run.header.dt) - 1) for t in run.time[1:]}
+    assert ends <= set(told.table["steps"])
+    for step in told.table["steps"].values():
+        assert step["findings"]
+        assert step["certificate"]
+    frame = len(run.time) - 1
+    touching = run.contacts[frame]
+    residual = told.residuals_of(frame, touching["a"], touching["b"])
+    assert len(residual) > 0
+    assert np.all(residual >= 0)
+    assert residual.max() == pytest.approx(run.steps["residual"][-1], rel=1e-9)
+    assert np.isnan(words.Told({}).residuals_of(frame, touching["a"], touching["b"])).all()
+
+
+def test_residuals_of_contacts_are_stored_to_a_twelfth_of_a_digit(tmp_path: Path) -> None:
+    run = stack().run(0.5, solver="pgs", iterations=3)
+    residual = {(0, 1): 3e-4, (1, 2): 0.0}
+    told = words.Told({"steps": {}}, {frame: residual for frame in range(len(run.time))})
+    payload, _ = encode.encode_run(run, 10_000_000, told)
+    stored = payload._arrays["contact_residual"][0]
+    contacts = run.contacts.all()
+    pairs = np.sort(np.stack([contacts["a"], contacts["b"]], axis=1), axis=1)
+    for pair, code in zip(pairs.tolist(), stored.tolist(), strict=True):
+        if tuple(pair) == (0, 1):
+            assert 10 ** ((code - 1) / 12 - 18) == pytest.approx(3e-4, rel=0.11)
+        else:
+            assert code == (1 if tuple(pair) == (1, 2) else 0)
 
 
 def test_a_notebook_shows_the_page_in_a_frame() -> None:

@@ -331,6 +331,14 @@ macro_rules! stamp {
             ) -> PyResult<PlainResidual> {
                 self.inner.residual(py, &impulse, law)
             }
+            fn residuals<'py>(
+                &self,
+                py: Python<'py>,
+                impulse: Vec<f64>,
+                law: Option<&str>,
+            ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+                self.inner.residuals(py, &impulse, law)
+            }
             fn certificate(
                 &self,
                 py: Python<'_>,

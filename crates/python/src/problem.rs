@@ -3,7 +3,7 @@
 use crate::errors;
 use crate::lookout::Lookout;
 use crate::step::{PlainStage, plain_stages};
-use carom::solver::{Csr, Entry, Residual, delassus, file, residual};
+use carom::solver::{Csr, Entry, Residual, contact_residuals, delassus, file, residual};
 use carom::{
     Certificate, ContactProblem, FrictionLaw, Geometry, Impulses, IslandReport, SolveSettings, SolverKind,
 };
@@ -119,6 +119,21 @@ impl<S: Geometry> Problem<S> {
         let impulses = self.impulses(py, flat)?;
         let problem = self.under(py, law)?;
         Ok(plain_residual(&residual(&problem, &impulses)))
+    }
+
+    /// Residual of every contact for impulses in the order of the scalar rows.
+    ///
+    /// # Errors
+    /// `BuildError` for a wrong count or law.
+    pub fn residuals<'py>(
+        &self,
+        py: Python<'py>,
+        flat: &[f64],
+        law: Option<&str>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let impulses = self.impulses(py, flat)?;
+        let problem = self.under(py, law)?;
+        Ok(PyArray1::from_vec(py, contact_residuals(&problem, &impulses)))
     }
 
     /// Certificate of impulses in the order of the scalar rows, as JSON; of the island of a body where one is given,

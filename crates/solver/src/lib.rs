@@ -43,6 +43,6 @@ pub use outcome::{IslandReport, Outcome, StageReport, Stop};
 pub use problem::{
     BoundedRow, Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, ProblemError, Twist,
 };
-pub use residual::{Entry, Residual, residual};
+pub use residual::{Entry, Residual, contact_residuals, residual};
 pub use resistance::Resistance;
 pub use watch::{Progress, Watch, unwatched};

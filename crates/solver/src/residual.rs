@@ -93,6 +93,21 @@ pub(crate) fn residual_in<S: Space>(
     Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
 }
 
+/// Residual of every contact \[m/s\], rolling and spinning friction with it: the larger of the two.
+pub fn contact_residuals<S: Space>(problem: &ContactProblem<S>, impulses: &Impulses<S>) -> Vec<f64> {
+    let prepared = Prepared::of(problem);
+    let mut after = problem.velocities.clone();
+    prepared.apply(impulses, &mut after);
+    let mut found = vec![0.0; problem.contacts.len()];
+    each(problem, &prepared, impulses, &after, |value, entry| {
+        if let Entry::Contact(i) = entry {
+            // the larger number, or the NaN among them
+            found[i] = -least(-found[i], -value);
+        }
+    });
+    found
+}
+
 /// Largest residual at given velocities after the impulses, and where.
 pub fn largest<S: Space>(
     problem: &ContactProblem<S>,
@@ -101,13 +116,25 @@ pub fn largest<S: Space>(
     after: &[Twist<S>],
 ) -> (f64, Option<Entry>) {
     let mut worst = (0.0, None);
-    let mut tell = |value: f64, entry: Entry| {
+    each(problem, prepared, impulses, after, |value, entry| {
         // NaN counts as infinitely wrong instead of vanishing in a comparison
         let value = if value.is_nan() { f64::INFINITY } else { value };
         if value > worst.0 {
             worst = (value, Some(entry));
         }
-    };
+    });
+    worst
+}
+
+/// Tells the residual of every contact, row and resistance at given velocities after the impulses.
+#[inline]
+fn each<S: Space>(
+    problem: &ContactProblem<S>,
+    prepared: &Prepared<S>,
+    impulses: &Impulses<S>,
+    after: &[Twist<S>],
+    mut tell: impl FnMut(f64, Entry),
+) {
     for (i, (c, g)) in prepared.contacts.iter().zip(&impulses.contacts).enumerate() {
         let masses = (c.normal_mass, c.tangent_mass);
         let value = contact_residual::<S>(
@@ -129,7 +156,6 @@ pub fn largest<S: Space>(
         let normal = impulses.contacts[r.contact].normal;
         tell(r.residual(normal, moment, r.spin(after)), Entry::Contact(r.contact));
     }
-    worst
 }
 
 /// The residual of no impulses at all \[m/s\]: the largest approach to a target, over rows the largest distance

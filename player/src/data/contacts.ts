@@ -21,6 +21,8 @@ export interface Contacts {
   /** Velocity of a's point against b's across the normal [m/s]. */
   slip: Float32Array;
   status: Uint8Array;
+  /** How far the pair's contacts are off their laws [m/s]; NaN where that is not known. */
+  residual: Float32Array;
 }
 
 /** Vectors and numbers of contacts that are kept as halves. */
@@ -30,6 +32,7 @@ type Halves = "normal" | "gap" | "normal_impulse" | "friction_impulse" | "slip";
 export class PackedContacts {
   private readonly status: Uint8Array;
   private readonly low: Float64Array;
+  private readonly residuals: Uint8Array;
   /** What was read last: many parts of the page ask for the same frame. */
   private last: { begin: number; end: number; contacts: Contacts } | undefined;
 
@@ -39,6 +42,7 @@ export class PackedContacts {
   ) {
     this.status = payload.array("contact_status") as Uint8Array;
     this.low = payload.array("contact_point_low") as Float64Array;
+    this.residuals = payload.array("contact_residual") as Uint8Array;
   }
 
   /** Contacts from `begin` to before `end`. */
@@ -56,6 +60,7 @@ export class PackedContacts {
       frictionImpulse: this.read("friction_impulse", begin * d, end * d),
       slip: this.read("slip", begin * d, end * d),
       status: this.status.subarray(begin, end),
+      residual: Float32Array.from(this.residuals.subarray(begin, end), residualOf),
     };
     this.last = { begin, end, contacts };
     return contacts;
@@ -95,4 +100,9 @@ export class PackedContacts {
     for (let i = 0; i < found.length; i++) found[i] = this.low[i % this.dimension] + codes[i] * step;
     return found;
   }
+}
+
+/** A residual from its byte: 0 where it is not known, else a twelfth of a digit from 1e-18 on. */
+function residualOf(code: number): number {
+  return code === 0 ? Number.NaN : 10 ** ((code - 1) / 12 - 18);
 }

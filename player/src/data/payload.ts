@@ -10,14 +10,19 @@ export interface Extreme {
   between: [string, string] | null;
 }
 
-/** What is known of the run's worst step, in words. */
-export interface Words {
-  step: number;
-  time: number | null;
+/** Why a step is as accurate as it is, and the certificate of its solve. */
+export interface Explained {
   findings: [topic: string, text: string, remedy: string, bodies: string[]][];
   certificate: [words: string, value: number, unit: string][];
-  note: string;
   accurate?: boolean;
+}
+
+/** What is known of the run's worst step, and of the steps of its frames by their number. */
+export interface Words extends Explained {
+  step: number;
+  time: number | null;
+  note: string;
+  steps: Record<string, Explained>;
 }
 
 /** A shape as scene files have it. */

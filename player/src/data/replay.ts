@@ -35,6 +35,8 @@ export class Replay {
   /** 1 or 9 numbers per body, body axes [1/(kg m²)]. */
   readonly inverseInertia: Float64Array;
   readonly steps: Steps;
+  /** What residuals are measured by [m/s]: what was asked for, or a millionth. */
+  readonly tolerance: number;
   /** Largest contact impulse that is drawn in full length: 98 of 100 contacts have less [N s]. */
   readonly usualImpulse: number;
   private readonly codes: Uint16Array;
@@ -49,6 +51,8 @@ export class Replay {
     this.table = payload.table;
     this.dimension = this.table.space === "planar" ? 2 : 3;
     this.names = this.table.names;
+    const asked = Number(this.table.settings.tolerance);
+    this.tolerance = asked > 0 ? asked : 1e-6;
     this.bodies = this.names.length;
     this.time = payload.array("time") as Float64Array;
     this.frames = this.time.length;

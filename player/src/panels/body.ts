@@ -98,13 +98,16 @@ export class BodyPanel {
         element("td", {}, STATUSES[contacts.status[i]]),
         element("td", {}, figure(contacts.normalImpulse[i], 3)),
         element("td", {}, figure(contacts.gap[i], 3)),
+        element("td", {}, figure(contacts.residual[i], 2)),
       );
       row.addEventListener("pointerenter", () => this.selection.hover([contacts.a[i], contacts.b[i]], [i]));
       row.addEventListener("pointerleave", () => this.selection.hover([], []));
       rows.push(row);
     }
     if (!rows.length) return element("p", { class: "hint" }, "It touches nothing at this frame.");
-    const heads = ["touches", "does", "N s", "gap [m]"].map((text) => element("th", { scope: "col" }, text));
+    const heads = ["touches", "does", "N s", "gap [m]", "off [m/s]"].map((text) =>
+      element("th", { scope: "col" }, text),
+    );
     const head = element("thead", {}, element("tr", {}, ...heads));
     return element("table", { class: "list" }, head, element("tbody", {}, ...rows));
   }

@@ -2,6 +2,7 @@
 
 import { Calm } from "../calm";
 import type { Clock } from "../clock";
+import type { Explained } from "../data/payload";
 import type { Replay } from "../data/replay";
 import { button, element, facts } from "../dom";
 import { bytes, counted, figure, quantity } from "../format";
@@ -42,7 +43,7 @@ export class CertificatePanel {
       );
       return;
     }
-    this.step.replaceChildren(...this.sentences(replay, row));
+    this.step.replaceChildren(...this.sentences(replay, row), ...this.explained(replay, row));
   }
 
   private sentences(replay: Replay, row: number): HTMLElement[] {
@@ -69,6 +70,17 @@ export class CertificatePanel {
     return told.map((text) => element("p", {}, text));
   }
 
+  /** Why, and the certificate, of the step that ended at the frame shown or at the nearest frame that is told. */
+  private explained(replay: Replay, row: number): HTMLElement[] {
+    const { steps } = replay.table.words;
+    const at = replay.steps.column("number")?.[row] ?? row;
+    const numbers = Object.keys(steps).map(Number);
+    if (!numbers.length) return [];
+    const step = numbers.reduce((best, n) => (Math.abs(n - at) < Math.abs(best - at) ? n : best));
+    const own = element("h4", {}, step === at ? "Why" : `Why, at step ${step + 1}`);
+    return [own, ...explanation(steps[step])];
+  }
+
   /** The two bodies of a step's extreme contact, in words. */
   private pair(replay: Replay, name: string, row: number): string {
     const pairs = replay.steps.column(name);
@@ -87,14 +99,7 @@ export class CertificatePanel {
     const text = `Step ${worst.step + 1}, t = ${figure(worst.time ?? 0, 5)} s: residual ${worst.value === null ? "not finite" : quantity(worst.value, "m/s", 3)}${between}.`;
     root.append(element("p", {}, text));
     if (canJump) root.append(button("show it", "show the worst step", () => this.jump(replay)));
-    for (const [, finding, remedy] of words.findings) {
-      root.append(
-        element("p", { class: "finding" }, finding, remedy ? element("em", {}, ` → ${remedy}`) : ""),
-      );
-    }
-    if (words.certificate.length) {
-      root.append(facts(words.certificate.map(([name, value, unit]) => [name, quantity(value, unit, 3)])));
-    }
+    root.append(...explanation(words));
     if (words.note) root.append(element("p", { class: "hint" }, words.note));
     return root;
   }
@@ -108,6 +113,19 @@ export class CertificatePanel {
       .filter((body) => body >= 0);
     this.selection.hover(bodies, []);
   }
+}
+
+/** Findings with their remedies, then the certificate. */
+function explanation(told: Explained): HTMLElement[] {
+  const found = told.findings.map(([, finding, remedy]) =>
+    element("p", { class: "finding" }, finding, remedy ? element("em", {}, ` → ${remedy}`) : ""),
+  );
+  if (!told.certificate.length) return found;
+  const lines = told.certificate.map(([name, value, unit]): [string, string] => [
+    name,
+    quantity(value, unit, 3),
+  ]);
+  return [...found, facts(lines)];
 }
 
 function runFacts(replay: Replay): HTMLElement {

@@ -1,6 +1,7 @@
 /** What is drawn of contacts, and what their colours mean. */
 
 import { choice, element, toggle } from "../dom";
+import { quantity } from "../format";
 import type { ColourOf } from "../scene/arrows";
 import type { SceneView } from "../scene/view";
 import { css, onTheme, theme } from "../theme";
@@ -8,9 +9,9 @@ import { css, onTheme, theme } from "../theme";
 const COLOURS: readonly (readonly [ColourOf, string])[] = [
   ["status", "stick, slip, take-off"],
   ["island", "island"],
-  ["residual", "worst residual"],
+  ["residual", "residual"],
 ];
-const MEANINGS: Record<ColourOf, () => [string, string][]> = {
+const MEANINGS: Record<ColourOf, (tolerance: number) => [string, string][]> = {
   status: () => {
     const [apart, sticks, slips, strikes] = theme().status.map(css);
     return [
@@ -21,10 +22,15 @@ const MEANINGS: Record<ColourOf, () => [string, string][]> = {
     ];
   },
   island: () => [["", "one colour per island of bodies that contacts join"]],
-  residual: () => [
-    [css(theme().status[3]), "worst pair of the step"],
-    [css(theme().status[0]), "others"],
-  ],
+  residual: (tolerance) => {
+    const [unknown, within, above, bad] = theme().status.map(css);
+    return [
+      [within, `within ${quantity(tolerance, "m/s", 2)}`],
+      [above, "above"],
+      [bad, "10⁴ times that, or the worst"],
+      [unknown, "not known"],
+    ];
+  },
 };
 
 /** See the file's head. */
@@ -91,7 +97,7 @@ export class DrawingControls {
 
   private explain(): void {
     this.legend.replaceChildren(
-      ...MEANINGS[this.colour]().map(([colour, text]) => {
+      ...MEANINGS[this.colour](this.view.tolerance).map(([colour, text]) => {
         const mark = element("i", { class: "dot" });
         mark.style.background = colour;
         return colour ? element("span", {}, mark, text) : element("span", {}, text);

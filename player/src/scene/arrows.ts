@@ -28,6 +28,9 @@ import { theme } from "../theme";
 import { Needles } from "./needles";
 
 /** What the colour of a contact tells. */
+/** Digits above the tolerance at which the colour of residuals ends. */
+const FAR = 4;
+
 export type ColourOf = "status" | "island" | "residual";
 
 /** What is drawn of contacts. */
@@ -161,8 +164,16 @@ export class Arrows {
       return (i) => known[contacts.status[i]];
     }
     if (this.settings.colour === "residual") {
-      const [calm, bad] = [new Color(status[0]), new Color(status[3])];
-      return (i) => (worst.includes(contacts.a[i]) && worst.includes(contacts.b[i]) ? bad : calm);
+      const [unknown, within, above, bad] = status.map((colour) => new Color(colour));
+      const { tolerance } = this.replay;
+      return (i) => {
+        const residual = contacts.residual[i];
+        if (Number.isNaN(residual)) {
+          return worst.includes(contacts.a[i]) && worst.includes(contacts.b[i]) ? bad : unknown;
+        }
+        if (residual <= tolerance) return within;
+        return above.clone().lerp(bad, Math.min(1, Math.log10(residual / tolerance) / FAR));
+      };
     }
     const islands = islandsOf(this.replay, contacts);
     const known = lines.slice(1).map((colour) => new Color(colour));

@@ -96,6 +96,11 @@ export class SceneView {
     this.stage.draw();
   }
 
+  /** What the colours of residuals are measured by [m/s]. */
+  get tolerance(): number {
+    return this.replay.tolerance;
+  }
+
   /** Draws contacts in another way. */
   setArrows(settings: Partial<Arrows["settings"]>): void {
     Object.assign(this.arrows.settings, settings);

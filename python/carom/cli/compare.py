@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -23,6 +24,10 @@ def compare_command(
     iterations: Annotated[int | None, typer.Option(help="Most iterations per step.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Residual at which solvers stop [m/s].")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON.")] = False,
+    html: Annotated[
+        Path | None,
+        typer.Option(help="Write a page that replays the reference and the run farthest from it."),
+    ] = None,
 ) -> None:
     """Run a scene with several solvers and tabulate residual, iterations, time and energy closure."""
     names = [name.strip() for name in solvers.split(",") if name.strip()]
@@ -39,3 +44,5 @@ def compare_command(
         typer.echo(json.dumps(plain(found.to_dict()), indent=2))
     else:
         comparison_table(found)
+    if html is not None:
+        say(f"written: {found.to_html(html)}")

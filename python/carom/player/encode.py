@@ -27,6 +27,7 @@ from carom.player.quantise import (
 )
 from carom.player.shapes import shapes_of_run
 from carom.player.steps import columns_of
+from carom.player.words import Told
 from carom.recording import Floats, Records
 
 if TYPE_CHECKING:
@@ -48,8 +49,10 @@ class Thinning:
     details: int = 1
 
 
-def encode_run(run: Run, max_bytes: int) -> tuple[Payload, Thinning]:
+def encode_run(run: Run, max_bytes: int, told: Told | None = None) -> tuple[Payload, Thinning]:
     """The payload of a run that packs into about `max_bytes`, and how it was thinned for that.
+
+    `told` is what running its scene again said.
 
     Raises
     ------
@@ -57,9 +60,10 @@ def encode_run(run: Run, max_bytes: int) -> tuple[Payload, Thinning]:
         When the run has no frame, or a pose that is not finite.
     """
     _check(run)
+    told = Told({}) if told is None else told
     thinning = _first_guess(run)
     while True:
-        payload, motion, details, size = _encoded(run, thinning)
+        payload, motion, details, size = _encoded(run, thinning, told)
         if size <= max_bytes or thinning.frames >= len(run.time):
             return payload, thinning
         thinning = _thinner(thinning, motion, details, size, max_bytes)
@@ -94,14 +98,16 @@ def _thinner(given: Thinning, motion: float, details: float, size: float, limit:
     return Thinning(given.frames, given.details * max(2, math.ceil(details / left)))
 
 
-def _encoded(run: Run, thinning: Thinning) -> tuple[Payload, float, float, int]:
+def _encoded(run: Run, thinning: Thinning, told: Told) -> tuple[Payload, float, float, int]:
     """The payload, and about how many bytes of the page motion, details and all of it take."""
     frames = _every(len(run.time), thinning.frames)
     details = frames[_every(len(frames), thinning.details)]
     payload = Payload()
     payload.table |= _about(run)
     moved = _add_motion(payload, run, frames)
+    payload.table["words"] = told.table
     detailed = _add_details(payload, run, details, frames)
+    detailed += _add_residuals(payload, run, details, told)
     points = _add_steps(payload, run)
     _add_bodies(payload, run)
     payload.table["kept"] = {
@@ -189,6 +195,20 @@ def _add_details(
         payload.table.setdefault("scale", {})[name] = scale
         taken += _size(values)
     return taken
+
+
+def _add_residuals(payload: Payload, run: Run, details: npt.NDArray[np.int64], told: Told) -> float:
+    """Residuals of the contacts, a byte of their logarithm: 0 where not known, else a twelfth of a digit."""
+    codes = [np.zeros(0, dtype=np.uint8)]
+    for frame in details:
+        contacts = run.contacts[int(frame)]
+        residual = told.residuals_of(int(frame), contacts["a"], contacts["b"])
+        with np.errstate(divide="ignore"):
+            code = 1 + np.clip(np.rint(12 * (np.log10(residual) + 18)), 0, 254)
+        codes.append(np.where(np.isnan(residual), 0, np.nan_to_num(code)).astype(np.uint8))
+    column = np.concatenate(codes)
+    payload.add("contact_residual", column)
+    return _size(column)
 
 
 def _motion_columns(run: Run, details: npt.NDArray[np.int64]) -> list[tuple[str, npt.NDArray[Any], float]]:

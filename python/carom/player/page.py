@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from carom.errors import CaromError
 from carom.player.difference import difference
 from carom.player.encode import MAX_BYTES, encode_run
-from carom.player.words import EXPLAIN_SECONDS, worst_step_in_words
+from carom.player.words import EXPLAIN_SECONDS, in_words
 
 if TYPE_CHECKING:
     from carom.recorded import Run
@@ -38,7 +38,7 @@ def page_of(
     ----------
     other : a run of the same scene to compare with
     max_bytes : the runs take about this much of the page at most; long and large ones are thinned [bytes]
-    explain_seconds : the worst step is explained when running up to it again takes no longer [s]
+    explain_seconds : steps are explained when running up to the worst again takes no longer [s]
 
     Raises
     ------
@@ -49,8 +49,7 @@ def page_of(
     runs = [run] if other is None else [run, other]
     blocks = []
     for number, each in enumerate(runs):
-        payload, _ = encode_run(each, max_bytes // len(runs))
-        payload.table["words"] = worst_step_in_words(each, explain_seconds)
+        payload, _ = encode_run(each, max_bytes // len(runs), in_words(each, explain_seconds))
         if number == 1:
             apart = difference(run, each)
             payload.add("difference_time", apart.time)
