@@ -9,7 +9,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: bench-instructions help demo test test-player check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
+.PHONY: bench-instructions help demo test test-player test-firefox check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings, replay pages and plots to out/"
@@ -19,6 +19,7 @@ help:
 	@echo "make player  build the replay page into the package; needs Node.js (ADR 14)"
 	@echo "make playground       the engine in a page, player/dist-playground/playground.html; skipped loudly without Rust's target for WebAssembly (ADR 16)"
 	@echo "make bench-playground steps per second of 500 bodies in that page"
+	@echo "make test-firefox     the replay page in Firefox on a screen of Xvfb; skipped loudly where either is missing"
 	@echo "make bench-player     how long the page of 1,000 bodies takes to load, and frames per second when scrubbed"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
 	@echo "make bench-collide    what finding contacts costs, phase by phase"
@@ -115,6 +116,14 @@ test-player: $(VENV)/package
 	  echo "=== SKIPPED: the test of the replay page needs Chromium, which could not be installed ===" >&2; test -z "$$CI"; \
 	else $(MAKE) --no-print-directory player/node_modules/made playground && $(NATIVE_FINGERPRINTS) && \
 	  $(BIN)/python player/tests/pages.py player/tests/out && cd player && $(NPM) run --silent test; fi
+
+# not part of `make test`: Debian's packages firefox-esr, xvfb and libgl1-mesa-dri are needed, CAROM_FIREFOX names another
+NO_FIREFOX = echo "=== SKIPPED: the test of the replay page in Firefox needs $(1), which is not here ===" >&2; test -z "$$CI"
+test-firefox: $(VENV)/package
+	@if ! command -v node >/dev/null; then $(call NO_FIREFOX,Node.js); \
+	elif ! test -x "$${CAROM_FIREFOX:-/usr/bin/firefox-esr}" && ! test -x /usr/bin/firefox; then $(call NO_FIREFOX,Firefox (firefox-esr)); \
+	elif ! command -v Xvfb >/dev/null; then $(call NO_FIREFOX,Xvfb); \
+	else $(BIN)/python player/tests/pages.py player/tests/out && cd player && node --test tests/firefox.mjs; fi
 
 bench-player: $(VENV)/package player/node_modules/made
 	sh tools/install_chromium.sh
