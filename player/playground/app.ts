@@ -109,11 +109,14 @@ export class Playground {
         this.coefficients(state.friction ?? null, state.restitution ?? null);
       }
       this.complain(undefined);
+      // none is chosen where the scene is a user's own: the list must not name another, and any can be chosen then
+      this.scenes.value = name ?? "";
       if (text !== undefined) this.text.value = text;
       else this.text.value = `# ${about.name || "a run from a link"}: made by the engine, it has no text.`;
       return true;
     } catch (error) {
       this.complain(error);
+      this.scenes.value = this.state.name ?? "";
       return false;
     }
   }

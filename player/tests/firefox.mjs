@@ -311,5 +311,8 @@ test("without WebGL 2 the page says so in a sentence", async () => {
   await firefox.open("plane.html", { webgl: false });
   await firefox.screenshot("without-webgl");
   const said = await firefox.evaluate(() => document.querySelector(".failure").innerText);
-  assert.equal(said, "This browser draws nothing in three dimensions (WebGL 2 is missing or off).");
+  assert.equal(
+    said,
+    "This page needs WebGL 2, which this browser lacks or has switched off; another browser, or its settings for graphics, may have it.",
+  );
 });

@@ -195,6 +195,18 @@ test("a link brings the state back, bit for bit, and it goes on the same", optio
   }
 });
 
+test("the list names the scene that runs, and none where it is a user's own", options, async () => {
+  const named = () => page.locator("select[aria-label=scene]").inputValue();
+  await load({ name: "card_house" });
+  assert.equal(await named(), "card_house");
+  await load({ text: FILES[0] });
+  assert.equal(await named(), "");
+  await page.locator("select[aria-label=scene]").selectOption("first_steps_planar");
+  assert.equal(await page.evaluate(() => window.playground.session.live.names.length), 12);
+  assert.equal(await load({ name: "nobody" }), false);
+  assert.equal(await named(), "first_steps_planar");
+});
+
 test("what cannot be read is told, and the scene goes on", options, async () => {
   await load({ text: FILES[0] });
   await run(10);

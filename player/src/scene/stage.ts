@@ -306,6 +306,8 @@ function opaque(canvas: HTMLCanvasElement, antialias: boolean): WebGL2RenderingC
     preserveDrawingBuffer: true, // pictures and films read it after it was drawn
   });
   if (!context)
-    throw new Error("This browser draws nothing in three dimensions (WebGL 2 is missing or off).");
+    throw new Error(
+      "This page needs WebGL 2, which this browser lacks or has switched off; another browser, or its settings for graphics, may have it.",
+    );
   return context;
 }
