@@ -256,7 +256,7 @@ docs: $(VENV)/package
 	$(BIN)/sphinx-build -q -W --keep-going -j 2 -b html -d $(DOCTREES) docs site
 	rm -rf site/rust && cp -r target/doc site/rust
 	if [ -d docs/gallery/made/replays ]; then rm -rf site/gallery/made/replays && cp -r docs/gallery/made/replays site/gallery/made/; fi
-	if [ -f $(PLAYGROUND) ]; then cp $(PLAYGROUND) site/playground.html; else cp docs/_static/no-playground.html site/playground.html; \
+	if [ -f $(PLAYGROUND) ]; then cp $(PLAYGROUND) site/playground.html; else cp tools/no_playground.html site/playground.html; \
 	  echo "=== SKIPPED: the site has no playground, because it is not built; run: make playground ===" >&2; fi
 	$(BIN)/python tools/check_site.py site
 	$(BIN)/python -m pytest tests/contracts
