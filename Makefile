@@ -247,15 +247,17 @@ bench-contact-stress: $(VENV)/tools $(CONTACT)
 	  $(if $(SOLVERS),--solvers $(SOLVERS))
 
 # the site, in site/: gallery, pages, rustdoc, and a check of links, anchors, requests to outside and public names. A gallery's
-# page is made again only when its program or the package has changed; DOCTREES keeps what Sphinx has read.
+# page is made again only when its program or the package has changed; DOCTREES keeps what Sphinx has read; site/ begins empty, so that
+# nothing is left in it that the pages no longer have.
 DOCTREES := target/doctrees
 docs: $(VENV)/package
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
 	$(BIN)/python tools/make_gallery.py
 	$(BIN)/python tools/make_site_tables.py
+	rm -rf site
 	$(BIN)/sphinx-build -q -W --keep-going -j 2 -b html -d $(DOCTREES) docs site
-	rm -rf site/rust && cp -r target/doc site/rust
-	if [ -d docs/gallery/made/replays ]; then rm -rf site/gallery/made/replays && cp -r docs/gallery/made/replays site/gallery/made/; fi
+	cp -r target/doc site/rust
+	if [ -d docs/gallery/made/replays ]; then cp -r docs/gallery/made/replays site/gallery/made/; fi
 	if [ -f $(PLAYGROUND) ]; then cp $(PLAYGROUND) site/playground.html; else cp tools/no_playground.html site/playground.html; \
 	  echo "=== SKIPPED: the site has no playground, because it is not built; run: make playground ===" >&2; fi
 	$(BIN)/python tools/check_site.py site
