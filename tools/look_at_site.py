@@ -28,20 +28,44 @@ SHOWN = (
     ("front", "index.html", WIDE, "light"),
     ("front-narrow", "index.html", NARROW, "dark"),
     ("gallery", "gallery/index.html", WIDE, "dark"),
+    ("gallery-narrow", "gallery/index.html", NARROW, "light"),
     ("scene", "gallery/made/heavy_top.html", WIDE, "light"),
+    ("scene-narrow", "gallery/made/heavy_top.html", NARROW, "dark"),
     ("theory", "theory/05-matrix.html", WIDE, "dark"),
     ("theory-narrow", "theory/05-matrix.html", NARROW, "light"),
+    ("playground", "playground.html", WIDE, "light"),
+    ("playground-narrow", "playground.html", NARROW, "dark"),
 )
-#: What a page tells of itself; promises wait for fonts and two drawn frames.
-ASK = """document.fonts.ready.then(() => ({
+#: What a page tells of itself when its fonts and pictures are there, those too that wait to be scrolled to.
+ASK = """Promise.all([document.fonts.ready, ...[...document.images].map(i => {
+  i.loading = "eager";
+  return i.decode().catch(() => 0);
+})]).then(() => ({
   bad: [...document.querySelectorAll(".katex-error")].map(e => e.textContent).slice(0, 3),
   raw: [...document.querySelectorAll(".tex")].filter(e => !e.querySelector(".katex")).length,
   outside: performance.getEntriesByType("resource").map(e => e.name).filter(n => /^(https?|wss?):/.test(n)),
   over: document.documentElement.scrollWidth - window.innerWidth,
-  broken: [...document.images].filter(i => i.loading !== "lazy" && i.complete && !i.naturalWidth)
-    .map(i => i.src),
+  broken: [...document.images].filter(i => !i.naturalWidth).map(i => i.src),
   errors: window.siteErrors || [],
 }))"""
+#: Chooses a scene whose pictures tell something, and lets it run.
+SOME_SECONDS = """new Promise((done, fail) => {
+  const asked = Date.now();
+  const look = () => {
+    if (window.caromError) fail(new Error(window.caromError));
+    else if (Date.now() - asked > 30000) fail(new Error("the playground does not begin"));
+    else if (!window.playground) setTimeout(look, 100);
+    else {
+      const scenes = document.querySelector("header select");
+      scenes.value = "pile_500";
+      scenes.dispatchEvent(new Event("change"));
+      dispatchEvent(new KeyboardEvent("keydown", {key: " "}));
+      [...document.querySelectorAll("button")].find(b => b.textContent === "Plots").click();
+      setTimeout(() => playground.session ? done(true) : fail(new Error("no scene runs")), 5000);
+    }
+  };
+  look();
+})"""
 CLICK = """new Promise(done => {
   const button = document.querySelector("button.replay");
   if (!button) { done("there is no replay"); return; }
@@ -112,6 +136,8 @@ def main() -> None:
             for name, address, size, theme in SHOWN:
                 go(browser, site / address, size, theme)
                 browser.evaluate(ASK)
+                if address == "playground.html":
+                    browser.evaluate(SOME_SECONDS)
                 data = base64.b64decode(browser._call("Page.captureScreenshot", format="png")["data"])
                 Image.open(io.BytesIO(data)).convert("RGB").quantize(96).save(
                     folder / f"{name}.png", optimize=True

@@ -323,12 +323,18 @@ test("on a phone two fingers zoom and one scrubs", async () => {
   }
 });
 
-test("a notebook's frame shows the replay", async () => {
+test("a notebook that was run shows the replay after nbconvert", async () => {
   const page = await browser.context.newPage();
+  const asked = [];
+  page.on("request", (request) => asked.push([request.frame(), request.url()]));
   await page.goto(`file://${OUT}notebook.html`);
-  const frame = page.frames()[1];
+  const frame = page.frames().find((one) => one.url() === "about:srcdoc");
   await frame.waitForFunction(() => window.carom);
   assert.equal(await frame.evaluate(() => window.carom.replays[0].names[1]), "box0");
+  await settled(frame);
+  assert.ok((await coloursOfScene(frame)) >= 4, "the scene is not blank");
+  const outside = asked.filter(([one, url]) => one === frame && !/^(data|blob|about):/.test(url));
+  assert.deepEqual(outside, [], "the replay asks for something from outside");
   await page.close();
 });
 

@@ -1,7 +1,9 @@
 //! The reader of scene files and the page's requests, natively.
 
+use carom::{Column, Rotation};
 use carom_playground::page::Page;
-use serde_json::{Value, json};
+use carom_playground::scene::{self, AnyWorld};
+use serde_json::{Map, Value, json};
 
 const FIRST: &str = include_str!("../../../python/carom/scenes/first_steps_planar.toml");
 
@@ -31,7 +33,11 @@ fn what_cannot_be_read_is_named_and_what_ran_goes_on() {
         (json!({ "name": "odd", "mass": 1, "friction": "much" }), "body 'odd': friction"),
         (json!({ "name": "odd", "mass": -1 }), "body 'odd': mass must be"),
         (json!({ "name": "odd" }), "body 'odd': mass: is missing"),
-        (json!({ "name": "odd", "mass": 1, "scatter": {} }), "body 'odd': scatter"),
+        (
+            json!({ "name": "odd", "mass": 1, "scatter": { "position": [1, -1] } }),
+            "body 'odd': scatter: position: needs 2",
+        ),
+        (json!({ "name": "odd", "mass": 1, "scatter": { "sed": 1 } }), "body 'odd': scatter: unknown field"),
         (json!({ "name": "odd", "mass": 1, "shape": { "type": "egg" } }), "body 'odd': shape"),
         (json!({ "mass": 1 }), "body 1: name: is missing"),
     ];
@@ -72,4 +78,36 @@ fn the_hand_lifts_a_body_and_lets_it_go() {
     page.answer(r#"{"op": "release"}"#).unwrap();
     page.steps(240, &mut frame).unwrap();
     assert!(frame[carom_playground::frame::FIGURES + 1] < -3.0);
+}
+
+#[test]
+fn scattered_copies_lie_where_python_puts_them() {
+    let text = r#"
+schema_version = 1
+space = "spatial"
+
+[[body]]
+name = "brick"
+density = 1.0
+shape = { type = "box", size = [0.4, 0.2, 0.1] }
+origin = [0.5, 0.0, 1.0]
+rotation = { axis = [0, 0, 1], degrees = 30 }
+repeat = { count = [2], step = [[1.0, 0.0, 0.0]] }
+scatter = { position = [0.1, 0.2, 0.0], rotation = 0.3, seed = 5 }
+"#;
+    let (world, _) = scene::read(text, &Map::new()).unwrap();
+    let AnyWorld::Spatial(world) = world else { panic!("a world of space") };
+    // carom.scene.load_scene(..).build() of the same text
+    let positions =
+        [[0.5129577271225018, 0.09735463210515088, 1.0], [1.4008473612499825, -0.10737829033663755, 1.0]];
+    let rotations = [
+        [0.9660157163390664, -0.0001242209594336849, -0.0003477166435529582, 0.25848307381376],
+        [0.9696351957042871, 0.010777397524971281, -0.0015468351692659366, 0.24431340989609365],
+    ];
+    let motion = &world.bodies().motion;
+    for k in 0..2 {
+        assert_eq!(motion.position[k].as_slice(), positions[k]);
+        let apart = motion.rotation[k].as_slice().iter().zip(rotations[k]).map(|(a, b)| (a - b).abs());
+        assert!(apart.fold(0.0, f64::max) < 3e-16, "{:?}", motion.rotation[k]);
+    }
 }

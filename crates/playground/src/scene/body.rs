@@ -3,6 +3,7 @@
 use super::copies::copies;
 use super::fields::Fields;
 use super::rotation::Turned;
+use super::scatter::Scatter;
 use super::shape;
 use carom::{BodyKind, BodySpec, Column, Geometry, Inertia, MassProperties, MassSource, Rotation, World};
 use serde_json::{Map, Value};
@@ -65,15 +66,26 @@ pub fn add<S: Geometry>(
             fields.wrong("mesh", "mesh files cannot be read here; write a tri_mesh or convex_hull shape")
         );
     }
-    if fields.value("scatter").is_some() {
-        return Err(fields.wrong("scatter", "cannot be drawn here; write the poses out, or give a snapshot"));
-    }
+    let scatter = fields.value("scatter");
+    let mut scatter = scatter.map(|value| Scatter::read(&name, value, S::DIM, &of)).transpose()?;
     let repeat = fields.value("repeat");
+    let rotation = fields.value("rotation");
+    let rotation = rotation.map(|value| Turned::read(value, S::DIM, &of)).transpose()?;
     let spec = spec::<S>(&mut fields, materials, &of)?;
     fields.finish()?;
     for copy in copies(&name, repeat, S::DIM, &of)? {
-        let displacement = S::Vector::from_slice(&copy.displacement).unwrap_or(S::Vector::ZERO);
-        let placed = BodySpec { position: displacement + spec.position, ..spec.clone() };
+        let mut displacement = S::Vector::from_slice(&copy.displacement).unwrap_or(S::Vector::ZERO);
+        let mut turned = rotation;
+        if let Some(scatter) = &mut scatter {
+            let (by, to) = scatter.draw(rotation);
+            displacement += S::Vector::from_slice(&by).unwrap_or(S::Vector::ZERO);
+            turned = to;
+        }
+        let mut placed = BodySpec { position: displacement + spec.position, ..spec.clone() };
+        if let Some(turned) = turned {
+            let stored = stored::<S>(&turned);
+            placed.rotation = stored.ok_or_else(|| format!("{of}: rotation: has no length"))?;
+        }
         world.add(&copy.name, placed).map_err(|e| e.to_string())?;
     }
     Ok(())
@@ -114,33 +126,28 @@ fn spec<S: Geometry>(fields: &mut Fields, materials: &Materials, of: &str) -> Re
         collides_with: fields.take("collision_mask")?.unwrap_or(u32::MAX),
         ..BodySpec::particle(None, 1.0)
     };
-    place(fields, &mut spec, shape.is_none(), of)?;
+    place(fields, &mut spec, shape.is_none())?;
     mass(fields, &mut spec, shape.as_ref(), density)?;
     spec.shape = shape;
     Ok(spec)
 }
 
-/// Pose and velocities.
-fn place<S: Geometry>(
-    fields: &mut Fields,
-    spec: &mut BodySpec<S>,
-    is_particle: bool,
-    of: &str,
-) -> Result<(), String> {
+/// A rotation as the engine has it; `None` when it has no length.
+fn stored<S: Geometry>(turned: &Turned) -> Option<S::Rotation> {
+    match turned {
+        Turned::Angle(angle) => Some(S::Rotation::about(S::Spin::from_fn(|_| *angle))),
+        Turned::Quaternion(_) => S::Rotation::from_slice(turned.numbers()),
+    }
+}
+
+/// Position and velocities.
+fn place<S: Geometry>(fields: &mut Fields, spec: &mut BodySpec<S>, is_particle: bool) -> Result<(), String> {
     let (position, origin) = (fields.take::<S::Vector>("position")?, fields.take::<S::Vector>("origin")?);
     if position.is_some() && origin.is_some() {
         return Err(fields.wrong("origin", "position and origin are both given; keep one of them"));
     }
     spec.position_is_origin = position.is_none() && !is_particle;
     spec.position = position.or(origin).unwrap_or(S::Vector::ZERO);
-    if let Some(value) = fields.value("rotation") {
-        let turned = Turned::read(value, S::DIM, of)?;
-        let rotation = match turned {
-            Turned::Angle(angle) => Some(S::Rotation::about(S::Spin::from_fn(|_| angle))),
-            Turned::Quaternion(_) => S::Rotation::from_slice(turned.numbers()),
-        };
-        spec.rotation = rotation.ok_or_else(|| fields.wrong("rotation", "has no length"))?;
-    }
     if let Some(velocity) = fields.take("velocity")? {
         spec.velocity = velocity;
     }

@@ -1,13 +1,13 @@
 //! Scene files (`schema/scene.schema.json`) read in Rust, from TOML or JSON, into a world of the plane or of space: what
 //! `python/carom/scene` does, for the page. Read are settings, materials, pairs, bodies with all shapes, copies by
-//! `repeat`, and joints; refused by name are mesh files, which a page has no folder for, and `scatter`, whose numbers
-//! are numpy's.
+//! `repeat` with their `scatter`, and joints; refused by name are mesh files, which a page has no folder for.
 
 mod body;
 mod copies;
 mod fields;
 mod joint;
 mod rotation;
+mod scatter;
 mod shape;
 
 use carom::{Geometry, MaterialPair, Planar, Settings, Spatial, World, World2, World3};
