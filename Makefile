@@ -123,7 +123,8 @@ test-firefox: $(VENV)/package
 	@if ! command -v node >/dev/null; then $(call NO_FIREFOX,Node.js); \
 	elif ! test -x "$${CAROM_FIREFOX:-/usr/bin/firefox-esr}" && ! test -x /usr/bin/firefox; then $(call NO_FIREFOX,Firefox (firefox-esr)); \
 	elif ! command -v Xvfb >/dev/null; then $(call NO_FIREFOX,Xvfb); \
-	else $(BIN)/python player/tests/pages.py player/tests/out && cd player && node --test tests/firefox.mjs; fi
+	else $(MAKE) --no-print-directory player/node_modules/made playground && $(NATIVE_FINGERPRINTS) && \
+	  $(BIN)/python player/tests/pages.py player/tests/out && cd player && node --test tests/firefox.mjs; fi
 
 bench-player: $(VENV)/package player/node_modules/made
 	sh tools/install_chromium.sh

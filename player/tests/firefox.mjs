@@ -5,7 +5,7 @@
  */
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { connect } from "node:net";
 import { tmpdir } from "node:os";
@@ -146,7 +146,8 @@ class Firefox {
     const copy = join(this.folder, "page.html");
     writeFileSync(copy, readFileSync(join(OUT, file), "utf8").replace("<head>", `<head>${LISTENER}`));
     await this.send("WebDriver:Navigate", { url: pathToFileURL(copy).href });
-    await until(() => this.evaluate(() => Boolean(window.carom || window.caromError)), file);
+    const ready = () => Boolean(window.carom || window.playground || window.caromError);
+    await until(() => this.evaluate(ready), file);
     await this.settled();
   }
 
@@ -305,6 +306,38 @@ withPage("pointing at bodies and at the matrix lights bodies up", "plane.html", 
     await firefox.evaluate(() => document.querySelector(".matrix-panel .told").innerText),
     /share .*: A = .* 1\/kg/,
   );
+});
+
+const PLAYGROUND = "../../dist-playground/playground.html";
+const NATIVE =
+  process.env.CAROM_NATIVE ??
+  fileURLToPath(new URL("../../target/debug/examples/fingerprint", import.meta.url));
+const built = existsSync(join(OUT, PLAYGROUND)) && existsSync(NATIVE);
+const skip = built ? false : "the playground is not built: make playground";
+
+test("the playground runs, and has the bits of a native build", { skip }, async () => {
+  await firefox.open(PLAYGROUND);
+  assert.equal(await firefox.evaluate(() => window.caromError), null);
+  const from = {
+    name: "pyramid_small_planar",
+    settings: { scheme: "soft_step", solver: null, impact: null },
+  };
+  const fingerprint = await firefox.evaluate((state) => {
+    window.playground.load(state);
+    window.playground.run(200);
+    return window.playground.fingerprint();
+  }, from);
+  await firefox.settled();
+  await firefox.screenshot("playground");
+  const input = JSON.stringify({ load: from, steps: 200 });
+  assert.equal(fingerprint, execFileSync(NATIVE, { input, encoding: "utf8" }).trim());
+  const time = () => firefox.evaluate(() => window.playground.session.clock.time);
+  const before = await time();
+  await firefox.press("Space");
+  await until(async () => (await time()) > before + 0.1, "running");
+  await firefox.press("Space");
+  assert.deepEqual(await firefox.evaluate(() => window.complaints), [], "the page complains");
+  assert.deepEqual(await firefox.inFirefox("return globalThis.asked"), [], "the page asks the network");
 });
 
 test("without WebGL 2 the page says so in a sentence", async () => {

@@ -22,6 +22,27 @@ const text = (name) => readFileSync(join(ROOT, name), "utf8");
 const FILES = ["first_steps_planar", "first_steps_spatial", "seven_objects_from_file"].map((name) =>
   text(`python/carom/scenes/${name}.toml`),
 );
+const SCATTERED = JSON.stringify({
+  schema_version: 1,
+  space: "planar",
+  body: [
+    { name: "floor", kind: "static", shape: { type: "half_plane", normal: [0, 1] } },
+    {
+      name: "box",
+      shape: { type: "box", size: [0.4, 0.3] },
+      density: 10,
+      position: [0, 1],
+      repeat: {
+        count: [3, 4],
+        step: [
+          [0.6, 0],
+          [0, 0.6],
+        ],
+      },
+      scatter: { position: [0.05, 0.02], rotation: 0.5, seed: 3 },
+    },
+  ],
+});
 const BOUNCING = {
   schema_version: 1,
   space: "spatial",
@@ -98,7 +119,7 @@ test("the same scene gives the same bits in the page and in a native build", opt
 test("scene files read in the page give the bits that Python's reader gives", options, async (t) => {
   const python = process.env.CAROM_PYTHON ?? join(ROOT, ".venv/bin/python");
   if (!existsSync(python)) return t.skip("no Python environment here: make test-python");
-  const asked = FILES.flatMap((file) => [
+  const asked = [...FILES, SCATTERED].flatMap((file) => [
     { load: { text: file, settings: { scheme: "fixed_step" } }, steps: 0 },
     { load: { text: file, settings: { scheme: "fixed_step" } }, steps: 60 },
     { load: { text: file, settings: { scheme: "soft_step" } }, steps: 60 },
