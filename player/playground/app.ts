@@ -52,6 +52,8 @@ export class Playground {
   private last = 0;
   private owed = 0;
   private shown = 0;
+  /** Whether steps were taken that the panels do not show yet. */
+  private stale = false;
   /** What a step takes [ms]. */
   private perStep = 1;
 
@@ -140,6 +142,7 @@ export class Playground {
       }
       session.live.show(this.engine.frame(), count > 0 && !refused);
       session.clock.advance();
+      this.stale = true;
     } catch (error) {
       this.lost(error);
     }
@@ -346,8 +349,9 @@ export class Playground {
       this.owed -= steps;
     }
     if (steps > 0) this.run(steps);
-    if (now - this.shown < OFTEN || steps === 0) return;
+    if (now - this.shown < OFTEN || !this.stale) return;
     this.shown = now;
+    this.stale = false;
     session.plots.show();
     session.matrix.show(true);
     this.tell();

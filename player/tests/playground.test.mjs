@@ -200,6 +200,29 @@ test("sliders and choices change what is computed", options, async () => {
   assert.equal(await complaint(), "");
 });
 
+test(
+  "figures of a scene that stands are those of its last step, however quickly it came",
+  options,
+  async () => {
+    await load({ text: FILES[0] });
+    await page.evaluate(async () => {
+      for (let i = 0; i < 7; i++) {
+        document.body.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
+        await new Promise((next) => requestAnimationFrame(() => requestAnimationFrame(next)));
+      }
+    });
+    await page.waitForFunction(
+      () => {
+        const { clock, live } = window.playground.session;
+        const told = document.querySelector("output.figures").textContent;
+        return live.taken === 7 && !clock.playing && told.startsWith(`${live.time[0].toFixed(3)} s`);
+      },
+      undefined,
+      { timeout: 5_000 },
+    );
+  },
+);
+
 test("a link brings the state back, bit for bit, and it goes on the same", options, async () => {
   for (const steps of [0, 40]) {
     await load({ text: FILES[0], settings: { scheme: "soft_step" } });
