@@ -31,6 +31,7 @@ from carom._setting import Setting
 from carom._shapes import ShapeLike
 from carom._space import Floats, Space, number
 from carom.errors import BuildError, StepError, refused, unknown
+from carom.recording import OWN_SOLVERS
 
 if TYPE_CHECKING:
     from carom.run import ProgressLike, Run
@@ -567,8 +568,7 @@ class World(Arrayed, Forced, Jointed, Observed, Judged):
         kinds = [body.kind for body in self] if len(self) <= 1000 else []
         still = len([kind for kind in kinds if kind != "dynamic"])
         parts = f"{len(self)} bodies" + (f" ({still} obstacles)" if still else "")
-        own = {"fixed_step": "pgs", "events": "exact", "soft_step": "soft_step's own"}
-        solver = self.solver or own[self.scheme]
+        solver = self.solver or OWN_SOLVERS[self.scheme]
         return f"<{self._space.name}.World {parts}, t = {self.time:.6g} s, solver {solver}>"
 
 

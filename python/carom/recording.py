@@ -119,6 +119,8 @@ STEP_UNITS = {
     "kinetic": "J",
     "potential": "J",
 }
+#: What solves the contacts of a scheme where no solver is chosen.
+OWN_SOLVERS = {"fixed_step": "pgs", "events": "exact", "soft_step": "soft_step's own"}
 #: Lines of the energy ledger, as columns of the steps [J].
 LEDGER_LINES = (
     "gravity",
