@@ -24,7 +24,7 @@ export interface About {
 }
 
 /** Figures before a frame's motion, as `crates/playground/src/frame.rs` states them. */
-const FIGURES = 32;
+const FIGURES = 33;
 const [TIME, STEPS, RESIDUAL, , WORST_A, WORST_B, ITERATIONS, GAP, KINETIC, POTENTIAL, CONTACTS] = [
   0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10,
 ];
@@ -45,6 +45,7 @@ const LINES = [
   "constraint",
   "projection",
   "integrator",
+  "sleep",
   "closure",
 ];
 /** Points of the plots that are kept; of more, every other one is dropped. */
@@ -125,7 +126,10 @@ export class LiveReplay implements Omit<Public<Replay>, "payload" | "steps"> {
 
   /** What the books do not account for [J], and the energy [J]. */
   get books(): { closure: number; energy: number } {
-    return { closure: this.now[LEDGER + 13], energy: this.now[KINETIC] + this.now[POTENTIAL] };
+    return {
+      closure: this.now[LEDGER + LINES.indexOf("closure")],
+      energy: this.now[KINETIC] + this.now[POTENTIAL],
+    };
   }
 
   /** Shows another frame; `counts` when steps led to it. */

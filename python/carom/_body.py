@@ -73,6 +73,11 @@ class Body:
         return str(self._constant("kind"))
 
     @property
+    def asleep(self) -> bool:
+        """Whether it sleeps: see the setting `soft`. `World.wake` wakes its island."""
+        return bool(self._native.asleep()[self.index])
+
+    @property
     def shape(self) -> Shape | None:
         """Its shape, None for a particle that touches nothing."""
         text = self._constant("shape")

@@ -179,6 +179,7 @@ class _StepFields(NamedTuple):
     iterations: int
     stop_reason: str
     contacts: int
+    asleep: int
     deepest_gap: float | None
     deepest_contact: tuple[str, str] | None
     impact_residual: float
@@ -209,6 +210,7 @@ class StepReport(_StepFields):
     iterations, stop_reason : of all solves together; "converged", "out_of_iterations" or
         "out_of_factorisations"
     contacts : found at the step's start, those about to close included
+    asleep : bodies that sleep after the step
     deepest_gap, deepest_contact : smallest gap at the step's start [m], negative for overlap, and its bodies
     impact_residual : of the impacts alone [m/s]
     kinetic, potential : energy after the step [J]

@@ -71,8 +71,10 @@ class World(Arrayed, Forced, Jointed, Observed, Judged):
         "plastic_arrivals, warm_start; those left out get their defaults."
     )
     soft: Setting[dict[str, Any]] = Setting(
-        'Choices of the scheme "soft_step": substeps [1], hertz [Hz], damping_ratio [1], push_speed [m/s]; '
-        "those left out get their defaults."
+        'Choices of the scheme "soft_step": substeps [1], hertz [Hz], damping_ratio [1], push_speed [m/s], '
+        "sleeping, sleep_speed [m/s], sleep_time [s]; those left out get their defaults. With sleeping, "
+        "islands of bodies that rest on obstacles fall asleep, and cost nothing until something stirs them: "
+        "see `asleep`."
     )
     solver: Setting[str | None] = Setting(
         'None (default): the scheme\'s own, "pgs" for "fixed_step" and "exact" for "events"; "auto" (sweeps '
@@ -152,8 +154,11 @@ class World(Arrayed, Forced, Jointed, Observed, Judged):
             value = self._space.vector(value, "gravity", "m/s^2")
         plain = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
         remedy = f"see World.{name}: {getattr(type(self), name).__doc__}"
-        if isinstance(plain, float) and not np.isfinite(plain):
-            raise refused(None, name, "must be finite", plain, remedy)
+        parts = plain.items() if isinstance(plain, dict) else [("", plain)]
+        for part, part_value in parts:
+            if isinstance(part_value, float) and not np.isfinite(part_value):
+                field = f"{name}.{part}" if part else name
+                raise refused(None, field, "must be finite", part_value, remedy)
         try:
             text = json.dumps(plain)
         except TypeError:
@@ -382,6 +387,20 @@ class World(Arrayed, Forced, Jointed, Observed, Judged):
         return (Body(self, name) for name in self.names)
 
     # --- motion ---
+
+    def wake(self, *names: str) -> None:
+        """Wakes the islands of bodies that sleep; all of them when none is named.
+
+        Forces, impulses and whatever is written to a body wake its island too, and so do bodies that come
+        near.
+
+        Raises
+        ------
+        BuildError
+            for a name that no body has
+        """
+        for name in names or self.names:
+            self._native.wake(name)
 
     @property
     def time(self) -> float:

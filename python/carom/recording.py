@@ -136,6 +136,7 @@ LEDGER_LINES = (
     "constraint",
     "projection",
     "integrator",
+    "sleep",
 )
 
 _PROGRESS = np.dtype(

@@ -144,6 +144,7 @@ class ScriptedWorld:
             "constraint",
             "projection",
             "integrator",
+            "sleep",
             "closure",
         )
         form = [

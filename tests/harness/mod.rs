@@ -210,7 +210,7 @@ pub fn bits<S: Dimension>(world: &World<S>) -> Vec<u64> {
 
 /// Largest absolute line of a ledger, against which its closure is measured \[J\].
 pub fn largest_line(ledger: &Ledger) -> f64 {
-    ledger.lines()[..13].iter().fold(0.0, |m: f64, x| m.max(x.abs()))
+    ledger.lines()[..14].iter().fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
 /// Angle between two rotations \[rad\].

@@ -43,7 +43,7 @@ fn divide<S: Dimension>(w: &mut World<S>) {
 }
 
 fn longest<V: Column>(ledger: &MomentumLedger<V>) -> f64 {
-    ledger.lines()[..9].iter().fold(0.0, |m, line| m.max(line.norm()))
+    ledger.lines()[..10].iter().fold(0.0, |m, line| m.max(line.norm()))
 }
 
 /// Worst closures seen, of energy, momentum and angular momentum, each over the largest of its size and its lines.
@@ -117,7 +117,7 @@ pub fn groups_that_divide_the_world_add_up_to_it<S: Dimension>() {
         let scale = largest_line(w.ledger());
         let lines = even.ledger.lines().into_iter().zip(odd.ledger.lines());
         let whole = w.ledger().lines();
-        for (k, (one, other)) in lines.enumerate().take(13) {
+        for (k, (one, other)) in lines.enumerate().take(14) {
             let name = carom::Ledger::NAMES[k];
             close(one + other, whole[k], 1e-11 * scale, &format!("{name} of the halves, {scheme:?} [J]"));
             close(all.ledger.lines()[k], whole[k], 1e-11 * scale, &format!("{name} of all, {scheme:?} [J]"));

@@ -27,6 +27,7 @@ mod robustness;
 mod rolling;
 mod rotation;
 mod simbenchmark;
+mod sleep;
 mod slices;
 mod snapshots;
 mod soft_step;

@@ -1,13 +1,27 @@
 //! Broad phase: every pair of boxes that overlap and may touch, sorted. Most boxes that move are of about one size: they
 //! are swept in rows. Larger ones go into a tree that is built anew, those that nothing moves into one that is kept while
-//! they are as they were; who says which boxes stand pays nothing for them. Boxes without bounds are held against all
-//! others. What is kept saves work and decides nothing: the pairs depend on the boxes alone. Knows no shapes.
+//! they are as they were; who says which boxes stand pays nothing for them. Movable boxes that sleep have such a tree too.
+//! Boxes without bounds are held against all others. What is kept saves work and decides nothing: the pairs depend on the boxes alone. Knows no shapes.
 
 use crate::geometry::Aabb;
 use crate::rows::{Rows, fits};
 use crate::size_class::SizeClass;
 use crate::tree::Tree;
 use carom_math::Space;
+
+/// Which boxes may have changed since the update before; it decides nothing but the work, save that boxes that stand or
+/// sleep make no pairs with each other.
+#[derive(Clone, Copy, Debug)]
+pub struct Changed<'a> {
+    /// Boxes that may have changed, ascending.
+    pub others: &'a [u32],
+    /// Movable boxes that sleep, ascending; they have bounds and are not among the others.
+    pub asleep: &'a [u32],
+    /// Those among neither stand, not movable, as they did in the update before, which was told the same indices.
+    pub stands_as_before: bool,
+    /// Those that sleep are the same boxes as in the update before.
+    pub sleeps_as_before: bool,
+}
 
 /// Finds overlapping pairs; keeps its memory between updates, and the tree of what stands.
 #[derive(Clone, Debug)]
@@ -20,6 +34,8 @@ pub struct BroadPhase<S: Space> {
     others: Group<S>,
     /// Boxes that stand.
     standing: Group<S>,
+    /// Movable boxes that sleep.
+    asleep: Group<S>,
     /// Boxes that nothing moves, but that are not said to stand.
     driven: Group<S>,
     /// Movable boxes with bounds.
@@ -47,6 +63,7 @@ impl<S: Space> Default for BroadPhase<S> {
             alike: Vec::new(),
             others: group(),
             standing: group(),
+            asleep: group(),
             driven: group(),
             bounded: Vec::new(),
             unbounded: Default::default(),
@@ -86,22 +103,22 @@ impl<S: Space> BroadPhase<S> {
         let mut every = std::mem::take(&mut self.every);
         every.clear();
         every.extend(0..bounds.len() as u32);
-        self.search(bounds, movable, (&every, false), may_pair);
+        let changed =
+            Changed { others: &every, asleep: &[], stands_as_before: false, sleeps_as_before: false };
+        self.search(bounds, movable, changed, may_pair);
         self.every = every;
         &self.found.pairs
     }
 
     /// The same where only some boxes may have changed since the update before, for work that goes with their number.
-    /// `others` are they, ascending; all not among them are not movable. `as_before` says that those stand as they did
-    /// in the update before, which was told the same `others`; it decides nothing but the work.
     pub fn update_some(
         &mut self,
         bounds: &[Aabb<S>],
         movable: &[bool],
-        (others, as_before): (&[u32], bool),
+        changed: Changed<'_>,
         may_pair: &dyn Fn(usize, usize) -> bool,
     ) -> &[(u32, u32)] {
-        self.search(bounds, movable, (others, as_before), may_pair);
+        self.search(bounds, movable, changed, may_pair);
         &self.found.pairs
     }
 
@@ -109,15 +126,20 @@ impl<S: Space> BroadPhase<S> {
         &mut self,
         bounds: &[Aabb<S>],
         movable: &[bool],
-        (others, as_before): (&[u32], bool),
+        changed: Changed<'_>,
         may_pair: &dyn Fn(usize, usize) -> bool,
     ) {
         debug_assert_eq!(bounds.len(), movable.len());
         self.found.pairs.clear();
-        if !as_before {
-            self.stand(bounds, others);
+        if !changed.stands_as_before {
+            self.stand(bounds, &changed);
         }
-        self.part(bounds, movable, others);
+        if !changed.sleeps_as_before {
+            self.asleep.members.clear();
+            self.asleep.members.extend_from_slice(changed.asleep);
+            self.asleep.arrange(bounds);
+        }
+        self.part(bounds, movable, changed.others);
         let size = self.sizes.choose(self.bounded.iter().map(|&i| bounds[i as usize]));
         self.alike.clear();
         self.others.members.clear();
@@ -138,13 +160,15 @@ impl<S: Space> BroadPhase<S> {
         self.found.sort(bounds.len());
     }
 
-    /// Arranges the boxes that stand: all but the others, which ascend.
-    fn stand(&mut self, bounds: &[Aabb<S>], others: &[u32]) {
+    /// Arranges the boxes that stand: all but the others and those that sleep.
+    fn stand(&mut self, bounds: &[Aabb<S>], changed: &Changed<'_>) {
         self.standing.members.clear();
         self.unbounded[0].clear();
-        let mut others = others.iter().peekable();
+        let mut others = changed.others.iter().peekable();
+        let mut asleep = changed.asleep.iter().peekable();
         for (i, b) in bounds.iter().enumerate() {
-            if others.next_if(|k| **k == i as u32).is_some() {
+            let is_next = |k: &&u32| **k == i as u32;
+            if others.next_if(is_next).is_some() || asleep.next_if(is_next).is_some() {
                 continue;
             }
             let list = if b.is_finite() { &mut self.standing.members } else { &mut self.unbounded[0] };
@@ -168,7 +192,7 @@ impl<S: Space> BroadPhase<S> {
         }
     }
 
-    /// What moves against what stands, and everything that moves against what is in the tree of others.
+    /// What moves against what stands or sleeps, and everything that moves against what is in the tree of others.
     fn by_trees(&mut self, bounds: &[Aabb<S>], may_pair: &dyn Fn(usize, usize) -> bool) {
         self.others.arrange(bounds);
         self.driven.arrange(bounds);
@@ -176,6 +200,11 @@ impl<S: Space> BroadPhase<S> {
         for &i in &self.bounded {
             self.standing.overlapping(&bounds[i as usize], |j| found.offer(i, j, may_pair));
             self.driven.overlapping(&bounds[i as usize], |j| found.offer(i, j, may_pair));
+        }
+        if !self.asleep.members.is_empty() {
+            for &i in self.bounded.iter().chain(&self.driven.members) {
+                self.asleep.overlapping(&bounds[i as usize], |j| found.offer(i, j, may_pair));
+            }
         }
         if self.others.members.is_empty() {
             return;
@@ -209,6 +238,7 @@ impl<S: Space> BroadPhase<S> {
         }
         for &i in others {
             look(i, &self.bounded);
+            look(i, &self.asleep.members);
             if movable[i as usize] {
                 look(i, &self.driven.members);
                 look(i, &self.standing.members);

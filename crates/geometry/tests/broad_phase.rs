@@ -1,6 +1,7 @@
 //! The broad phase against all pairs.
 
 use crate::common::*;
+use carom_geometry::broad_phase::Changed;
 use carom_geometry::{Aabb, BroadPhase};
 use carom_math::{Column, Planar, Space, Spatial};
 
@@ -215,7 +216,13 @@ fn standing_boxes_cost_no_look_and_no_pair<S: Space>() {
         let may_pair = |i: usize, j: usize| !(i + 2 * j).is_multiple_of(7);
         let mut phase = BroadPhase::<S>::new();
         for step in 0..4 {
-            let told = phase.update_some(&bounds, &movable, (&others, step > 0), &may_pair);
+            let changed = Changed {
+                others: &others,
+                asleep: &[],
+                stands_as_before: step > 0,
+                sleeps_as_before: step > 0,
+            };
+            let told = phase.update_some(&bounds, &movable, changed, &may_pair);
             assert_eq!(told, all_pairs(&bounds, &movable, &may_pair), "round {round}, step {step}");
             let fresh = boxes::<S>(&mut random, count);
             for i in others.iter().map(|i| *i as usize) {
@@ -229,4 +236,53 @@ fn standing_boxes_cost_no_look_and_no_pair<S: Space>() {
 fn what_stands_is_found_without_being_looked_at() {
     standing_boxes_cost_no_look_and_no_pair::<Planar>();
     standing_boxes_cost_no_look_and_no_pair::<Spatial>();
+}
+
+/// Boxes that sleep make the pairs that all boxes make, but those with each other and with what stands.
+fn sleeping_boxes_make_pairs_with_what_is_awake_alone<S: Space>() {
+    let mut random = Random::new(17);
+    for round in 0..30 {
+        let count = [3, 40, 300][round % 3];
+        let mut bounds = boxes::<S>(&mut random, count);
+        let movable: Vec<bool> = (0..count).map(|_| random.unit() < 0.6).collect();
+        let may_pair = |i: usize, j: usize| !(i + 2 * j).is_multiple_of(7);
+        let driven: Vec<bool> = (0..count).map(|_| random.unit() < 0.2).collect();
+        let mut sleeps = vec![false; count];
+        let mut phase = BroadPhase::<S>::new();
+        for step in 0..6 {
+            let again = step % 2 == 0; // who sleeps changes at every other step, and nothing else does then
+            if again {
+                let falls = |i: usize, random: &mut Random| {
+                    movable[i] && bounds[i].is_finite() && random.unit() < 0.5
+                };
+                sleeps = (0..count).map(|i| falls(i, &mut random)).collect();
+            }
+            let list = |fits: &dyn Fn(usize) -> bool| -> Vec<u32> {
+                (0..count).filter(|i| fits(*i)).map(|i| i as u32).collect()
+            };
+            let asleep = list(&|i| sleeps[i]);
+            let others = list(&|i| (movable[i] || driven[i]) && !sleeps[i]);
+            let changed = Changed {
+                others: &others,
+                asleep: &asleep,
+                stands_as_before: step > 0,
+                sleeps_as_before: !again,
+            };
+            let is_awake = |i: usize| (movable[i] || driven[i]) && !sleeps[i];
+            let expected =
+                all_pairs(&bounds, &movable, &|i, j| may_pair(i, j) && (is_awake(i) || is_awake(j)));
+            let told = phase.update_some(&bounds, &movable, changed, &may_pair);
+            assert_eq!(told, expected, "round {round}, step {step}");
+            let fresh = boxes::<S>(&mut random, count);
+            for i in others.iter().map(|i| *i as usize) {
+                bounds[i] = fresh[i];
+            }
+        }
+    }
+}
+
+#[test]
+fn what_sleeps_is_found_by_what_is_awake() {
+    sleeping_boxes_make_pairs_with_what_is_awake_alone::<Planar>();
+    sleeping_boxes_make_pairs_with_what_is_awake_alone::<Spatial>();
 }

@@ -6,8 +6,8 @@ use carom::{Column, Geometry, Rotation, StepReport, World};
 
 /// Figures before the motion: time, steps, residual, relative residual, worst a, worst b, iterations, deepest gap,
 /// kinetic, potential, contacts, fingerprint's place (unused), then three of momentum, three of angular momentum, and
-/// the ledger's fourteen lines.
-pub const FIGURES: usize = 32;
+/// the ledger's fifteen lines.
+pub const FIGURES: usize = 33;
 
 /// Figures over the steps since the last frame: the largest residual and its pair, the deepest overlap, iterations.
 #[derive(Clone, Copy, Debug)]

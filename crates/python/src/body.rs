@@ -181,8 +181,18 @@ pub fn set_momenta<S: Geometry>(
 ) -> PyResult<()> {
     let (p, spin) = (arrays::column(momentum)?, arrays::column(spin_momentum)?);
     let (mut loan, i) = find_movable(core, py, name, "momentum")?;
-    loan.world.bodies_mut().set_momenta(i, p, spin);
+    loan.world.set_momenta(i, p, spin);
     Ok(())
+}
+
+/// Wakes the island of a body; whether it slept.
+///
+/// # Errors
+/// `BuildError` for an unknown name, `BusyError`.
+pub fn wake<S: Geometry>(core: &Core<S>, py: Python<'_>, name: &str) -> PyResult<bool> {
+    let mut loan = core.loan(py)?;
+    let i = loan.world.index(name).map_err(|e| errors::build(py, &e))?;
+    Ok(loan.world.wake(i))
 }
 
 /// Inertia about a world axis through a world point, the centre of mass when there is none \[kg m^2\] (item 13).

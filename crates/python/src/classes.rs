@@ -86,6 +86,14 @@ macro_rules! stamp {
             fn time(&self, py: Python<'_>) -> PyResult<f64> {
                 Ok(self.core.loan(py)?.world.time())
             }
+            fn asleep<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+                let loan = self.core.loan(py)?;
+                let bodies = loan.world.bodies();
+                Ok(PyArray1::from_iter(py, (0..bodies.len()).map(|i| bodies.is_asleep(i))))
+            }
+            fn wake(&self, py: Python<'_>, name: &str) -> PyResult<bool> {
+                body::wake(&self.core, py, name)
+            }
             fn masses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
                 let inverse: Vec<f64> =
                     self.core.loan(py)?.world.bodies().data.iter().map(|d| 1.0 / d.inverse_mass).collect();

@@ -220,6 +220,7 @@ fn plain_report<'py, S: Geometry>(
         report.iterations().into_bound_py_any(py)?,
         records::STOPS[usize::from(records::stop_code(report))].into_bound_py_any(py)?,
         report.contacts.into_bound_py_any(py)?,
+        report.asleep.into_bound_py_any(py)?,
         report.deepest.map(|d| d.0).into_bound_py_any(py)?,
         told.deepest.into_bound_py_any(py)?,
         records::impact_residual(report).into_bound_py_any(py)?,

@@ -33,6 +33,13 @@ impl<S: Space> Motion<S> {
             self.angular_velocity[i] = other.angular_velocity[i];
         }
     }
+    /// True where a body has the same numbers in another motion.
+    pub(crate) fn is_as_in(&self, other: &Motion<S>, i: usize) -> bool {
+        self.position[i] == other.position[i]
+            && self.rotation[i] == other.rotation[i]
+            && self.velocity[i] == other.velocity[i]
+            && self.angular_velocity[i] == other.angular_velocity[i]
+    }
     /// Copies the numbers of another motion of the same bodies without moving this one's memory.
     pub fn copy_from(&mut self, other: &Motion<S>) {
         self.position.clone_from(&other.position);
@@ -119,6 +126,8 @@ pub struct Bodies<S: Geometry> {
     index: BTreeMap<String, usize>,
     serials: u64,
     roles: Roles,
+    /// Mass times place of all bodies that sleep, summed \[kg m\].
+    asleep_moment: S::Vector,
 }
 
 /// Who moves, so that a step looks at no others.
@@ -127,7 +136,15 @@ struct Roles {
     /// Bodies that impulses move, ascending.
     dynamic: Vec<u32>,
     /// All bodies but fixed ones, ascending.
+    not_fixed: Vec<u32>,
+    /// Those of them that do not sleep.
     movers: Vec<u32>,
+    /// Those of them that sleep.
+    asleep: Vec<u32>,
+    /// Whether a body sleeps; empty before the first one does.
+    sleeps: Vec<bool>,
+    /// Counts the sets of bodies that sleep.
+    sleep_number: u64,
     /// Counts what the fixed bodies were like; one number, one state of them.
     number: u64,
     /// The fixed bodies are as they were when they got their number.
@@ -136,12 +153,13 @@ struct Roles {
 
 impl Roles {
     fn of<S: Geometry>(data: &[BodyData<S>], number: u64) -> Self {
-        let with = |fits: &dyn Fn(BodyKind) -> bool| {
+        let with = |fits: &dyn Fn(BodyKind) -> bool| -> Vec<u32> {
             (0..data.len()).filter(|i| fits(data[*i].kind)).map(|i| i as u32).collect()
         };
-        let (dynamic, movers) =
+        let (dynamic, not_fixed) =
             (with(&|kind| kind == BodyKind::Dynamic), with(&|kind| kind != BodyKind::Fixed));
-        Roles { dynamic, movers, number, is_sure: false }
+        let movers = not_fixed.clone();
+        Roles { dynamic, not_fixed, movers, number, ..Roles::default() }
     }
     /// Takes in a body after all others.
     fn add(&mut self, i: u32, kind: BodyKind) {
@@ -150,7 +168,11 @@ impl Roles {
             self.dynamic.push(i);
         }
         if kind != BodyKind::Fixed {
+            self.not_fixed.push(i);
             self.movers.push(i);
+        }
+        if !self.sleeps.is_empty() {
+            self.sleeps.push(false);
         }
     }
 }
@@ -176,9 +198,52 @@ impl<S: Geometry> Bodies<S> {
     pub fn dynamic(&self) -> impl Iterator<Item = usize> + '_ {
         self.roles.dynamic.iter().map(|i| *i as usize)
     }
-    /// Indices of all bodies but fixed ones, ascending.
+    /// Indices of the bodies that impulses move and that do not sleep, ascending.
+    pub fn awake(&self) -> impl Iterator<Item = usize> + '_ {
+        self.roles.movers.iter().map(|i| *i as usize).filter(|i| self.is_dynamic(*i))
+    }
+    /// Indices of all bodies but fixed ones and those that sleep, ascending.
     pub fn movers(&self) -> &[u32] {
         &self.roles.movers
+    }
+    /// Indices of the bodies that sleep, ascending.
+    pub fn asleep(&self) -> &[u32] {
+        &self.roles.asleep
+    }
+    /// True for bodies that sleep.
+    pub fn is_asleep(&self, i: usize) -> bool {
+        self.roles.sleeps.get(i) == Some(&true)
+    }
+    /// A number that changes with the set of bodies that sleep.
+    pub(crate) fn sleep_number(&self) -> u64 {
+        self.roles.sleep_number
+    }
+    /// Says who sleeps, ascending; they must rest.
+    pub(crate) fn set_asleep(&mut self, asleep: Vec<u32>) {
+        let roles = &mut self.roles;
+        if asleep == roles.asleep {
+            return;
+        }
+        roles.sleep_number += 1;
+        roles.sleeps.resize(self.data.len(), false);
+        roles.asleep.iter().for_each(|i| roles.sleeps[*i as usize] = false);
+        asleep.iter().for_each(|i| roles.sleeps[*i as usize] = true);
+        roles.asleep = asleep;
+        let Roles { not_fixed, movers, sleeps, asleep, .. } = roles;
+        movers.clear();
+        movers.extend(not_fixed.iter().filter(|i| !sleeps[**i as usize]));
+        self.asleep_moment = asleep.iter().fold(S::Vector::ZERO, |sum, i| {
+            sum + self.motion.position[*i as usize] * self.data[*i as usize].mass_properties.mass
+        });
+    }
+    /// Mass times place of all bodies that sleep, summed \[kg m\]; `None` where none does, or somebody may have written to
+    /// them.
+    pub(crate) fn asleep_moment(&self) -> Option<S::Vector> {
+        (self.roles.is_sure && !self.roles.asleep.is_empty()).then_some(self.asleep_moment)
+    }
+    /// Index of the body with a serial.
+    pub(crate) fn with_serial(&self, serial: u64) -> Option<usize> {
+        self.data.binary_search_by_key(&serial, |d| d.serial).ok()
     }
     /// The number of what the fixed bodies are like: where it is the same, they are. `None` where somebody may have
     /// written to them.
@@ -196,21 +261,13 @@ impl<S: Geometry> Bodies<S> {
     }
     /// Finds anew who moves.
     pub(crate) fn find_roles(&mut self) {
-        self.roles = Roles::of(&self.data, self.roles.number);
+        let sleep_number = self.roles.sleep_number + u64::from(!self.roles.asleep.is_empty());
+        self.roles = Roles { sleep_number, ..Roles::of(&self.data, self.roles.number) };
     }
     /// True where the fixed bodies have the same numbers in another motion.
     pub(crate) fn stand_as_in(&self, other: &Motion<S>) -> bool {
-        let m = &self.motion;
-        if other.position.len() != m.position.len() {
-            return false;
-        }
-        let same = |i: usize| {
-            m.position[i] == other.position[i]
-                && m.rotation[i] == other.rotation[i]
-                && m.velocity[i] == other.velocity[i]
-                && m.angular_velocity[i] == other.angular_velocity[i]
-        };
-        (0..self.len()).all(|i| self.data[i].kind != BodyKind::Fixed || same(i))
+        other.position.len() == self.len()
+            && (0..self.len()).all(|i| self.data[i].kind != BodyKind::Fixed || self.motion.is_as_in(other, i))
     }
     /// Inverse mass and inverse inertia in world axes at the present orientation.
     pub fn inverse_mass(&self, i: usize) -> InverseMass<S> {
@@ -342,6 +399,7 @@ impl<S: Geometry> Bodies<S> {
             joints: self.joints.some(indices),
             index: BTreeMap::new(),
             serials: self.serials,
+            asleep_moment: S::Vector::ZERO,
         }
     }
 

@@ -18,6 +18,7 @@ pub mod mid_step;
 pub mod narrow_phase;
 pub mod observe;
 pub mod settings;
+pub mod sleep;
 pub mod snapshot;
 pub mod stepping;
 pub mod warm_start;

@@ -2,11 +2,10 @@
 //! what a contact means for the motion is the scheme's matter.
 
 use crate::bodies::Bodies;
-use crate::body::BodyKind;
 use crate::material::{MaterialPair, Mixing};
 use crate::settings::{Scheme, Settings};
 use crate::stepping::soft_step::AGAIN;
-use carom_geometry::broad_phase::BroadPhase;
+use carom_geometry::broad_phase::{BroadPhase, Changed};
 use carom_geometry::{Aabb, ContactPoint, Geometry};
 use carom_math::{Column, Pose, Space};
 
@@ -47,8 +46,13 @@ pub struct NarrowPhase<S: Geometry> {
     broad: BroadPhase<S>,
     /// For which standing bodies and which margin the boxes of those that stand were made.
     made_for: Option<(u64, Option<f64>)>,
-    /// Places in the columns of bodies that may move.
+    /// For which sleeping bodies their boxes were made.
+    slept_for: Option<u64>,
+    /// Places in the columns of bodies that may move, and of those that sleep.
     moving: Vec<u32>,
+    asleep: Vec<u32>,
+    /// Place of each body in the columns; `u32::MAX` of those without a shape.
+    places: Vec<u32>,
     bounds: Vec<Aabb<S>>,
     margins: Vec<f64>,
     poses: Vec<Pose<S>>,
@@ -76,7 +80,7 @@ impl<S: Geometry> NarrowPhase<S> {
         out: &mut Vec<Touch<S>>,
     ) {
         out.clear();
-        let as_before = self.prepare(bodies, settings, dt);
+        let (stands_as_before, sleeps_as_before) = self.prepare(bodies, settings, dt);
         let data = &bodies.data;
         let indices = &self.indices;
         let may_pair = |i: usize, j: usize| {
@@ -85,8 +89,9 @@ impl<S: Geometry> NarrowPhase<S> {
             let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;
             moves && groups && !bodies.joints.keeps_apart(indices[i], indices[j])
         };
-        let others = (self.moving.as_slice(), as_before);
-        let mut pairs = self.broad.update_some(&self.bounds, &self.movable, others, &may_pair);
+        let (others, asleep) = (self.moving.as_slice(), self.asleep.as_slice());
+        let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
+        let mut pairs = self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair);
         if settings.contact_margin.is_none()
             && share_speeds(pairs, &self.movable, &mut self.speeds, &self.own)
         {
@@ -97,8 +102,8 @@ impl<S: Geometry> NarrowPhase<S> {
                 let Some(collider) = &data[i].collider else { continue };
                 self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
             }
-            let others = (self.moving.as_slice(), true);
-            pairs = self.broad.update_some(&self.bounds, &self.movable, others, &may_pair);
+            let changed = Changed { others, asleep, stands_as_before: true, sleeps_as_before: true };
+            pairs = self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair);
         }
         for &(i, j) in pairs {
             let (i, j) = (i as usize, j as usize);
@@ -114,34 +119,49 @@ impl<S: Geometry> NarrowPhase<S> {
         }
     }
 
-    /// Bounds of all bodies with a shape, grown by half of each pair's margin; of those that stand only where they are
-    /// others than before. True where they are not.
-    fn prepare(&mut self, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) -> bool {
+    /// Bounds of all bodies with a shape, grown by half of each pair's margin; of those that stand or sleep only where they
+    /// are others than before. True where they are not, of those that stand and of those that sleep.
+    fn prepare(&mut self, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) -> (bool, bool) {
         let wanted = bodies.standing().map(|number| (number, settings.contact_margin));
-        let as_before = wanted.is_some() && wanted == self.made_for;
-        if !as_before {
+        let stands = wanted.is_some() && wanted == self.made_for;
+        if !stands {
             self.make_room(bodies);
             self.made_for = wanted;
         }
-        let moving = std::mem::take(&mut self.moving);
-        if as_before {
-            moving.iter().for_each(|k| self.place(*k as usize, bodies, settings, dt));
+        let sleeps = stands && self.slept_for == Some(bodies.sleep_number());
+        if !sleeps {
+            self.part(bodies);
+            self.slept_for = Some(bodies.sleep_number());
+        }
+        let (moving, asleep) = (std::mem::take(&mut self.moving), std::mem::take(&mut self.asleep));
+        if stands {
+            let slept = if sleeps { &[] } else { asleep.as_slice() };
+            moving.iter().chain(slept).for_each(|k| self.place(*k as usize, bodies, settings, dt));
         } else {
             (0..self.indices.len()).for_each(|k| self.place(k, bodies, settings, dt));
         }
-        self.moving = moving;
-        as_before
+        (self.moving, self.asleep) = (moving, asleep);
+        (stands, sleeps)
+    }
+
+    /// Sorts the bodies that are not fixed by whether they sleep.
+    fn part(&mut self, bodies: &Bodies<S>) {
+        let places = |list: &[u32], to: &mut Vec<u32>| {
+            to.clear();
+            to.extend(list.iter().map(|i| self.places[*i as usize]).filter(|k| *k != u32::MAX));
+        };
+        places(bodies.movers(), &mut self.moving);
+        places(bodies.asleep(), &mut self.asleep);
     }
 
     /// Columns of all bodies with a shape.
     fn make_room(&mut self, bodies: &Bodies<S>) {
         self.indices.clear();
         self.movable.clear();
-        self.moving.clear();
+        self.places.clear();
+        self.places.resize(bodies.len(), u32::MAX);
         for (i, d) in bodies.data.iter().enumerate().filter(|(_, d)| d.collider.is_some()) {
-            if d.kind != BodyKind::Fixed {
-                self.moving.push(self.indices.len() as u32);
-            }
+            self.places[i] = self.indices.len() as u32;
             self.indices.push(i);
             self.movable.push(d.inverse_mass > 0.0);
         }

@@ -34,11 +34,27 @@ pub struct SoftSettings {
     pub damping_ratio: f64,
     /// Overlaps are not pushed apart faster than this \[m/s\]. Default 3.
     pub push_speed: f64,
+    /// Islands of bodies that rest on obstacles fall asleep and cost nothing until something stirs them. Default false:
+    /// what sleeps is held where it is, and a motion too slow to see ends.
+    pub sleeping: bool,
+    /// Bodies rest while the mean speed of their surfaces is below this \[m/s\], and while they have not moved by a
+    /// hundredth of their size. Default 0.01.
+    pub sleep_speed: f64,
+    /// For how long all bodies of an island must have rested \[s\]. Default 0.5.
+    pub sleep_time: f64,
 }
 
 impl Default for SoftSettings {
     fn default() -> Self {
-        SoftSettings { substeps: 4, hertz: 30.0, damping_ratio: 10.0, push_speed: 3.0 }
+        SoftSettings {
+            substeps: 4,
+            hertz: 30.0,
+            damping_ratio: 10.0,
+            push_speed: 3.0,
+            sleeping: false,
+            sleep_speed: 0.01,
+            sleep_time: 0.5,
+        }
     }
 }
 
@@ -356,6 +372,8 @@ impl<S: Space> Settings<S> {
             ("soft.hertz", Some(self.soft.hertz), f64::MAX),
             ("soft.damping_ratio", Some(self.soft.damping_ratio), f64::MAX),
             ("soft.push_speed", Some(self.soft.push_speed), f64::MAX),
+            ("soft.sleep_speed", Some(self.soft.sleep_speed), f64::MAX),
+            ("soft.sleep_time", Some(self.soft.sleep_time), f64::MAX),
         ];
         for (field, value, most) in at_least_zero {
             if let Some(x) = value.filter(|x| !(*x >= 0.0 && *x <= most)) {

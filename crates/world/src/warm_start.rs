@@ -2,10 +2,12 @@
 //! snapshot can see it. Stored as forces in world axes, so that a turned frame or another step length
 //! starts from the same force.
 
+use crate::sleep::{Asleep, Still};
 use crate::stepping::events::memory::Memory;
 use carom_math::{Column, Space};
 use carom_solver::{ContactProblem, Impulse, Impulses};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Contact forces of the last step, sorted by id.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -28,6 +30,16 @@ pub struct WarmStart<S: Space> {
     /// Forces of patches of contact after a soft step, in the order of their pairs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub patches: Vec<crate::stepping::soft_step::PatchForce>,
+    /// For how long the awake bodies of a soft step have rested, ascending by serial.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub still: Vec<Still<S>>,
+    /// Islands that sleep; shared, for a copy is kept at every step.
+    #[serde(default, skip_serializing_if = "is_empty")]
+    pub asleep: Arc<Vec<Arc<Asleep>>>,
+}
+
+fn is_empty(asleep: &Arc<Vec<Arc<Asleep>>>) -> bool {
+    asleep.is_empty()
 }
 
 impl<S: Space> Clone for WarmStart<S> {
@@ -38,25 +50,29 @@ impl<S: Space> Clone for WarmStart<S> {
     }
     /// Keeps this one's memory: a step keeps a copy of it every time.
     fn clone_from(&mut self, other: &Self) {
-        let WarmStart { forces, moments, rows, joints, contacts, patches } = other;
+        let WarmStart { forces, moments, rows, joints, contacts, patches, still, asleep } = other;
         self.forces.clone_from(forces);
         self.moments.clone_from(moments);
         self.rows.clone_from(rows);
         self.joints.clone_from(joints);
         self.contacts.clone_from(contacts);
         self.patches.clone_from(patches);
+        self.still.clone_from(still);
+        self.asleep.clone_from(asleep);
     }
 }
 
 impl<S: Space> WarmStart<S> {
-    /// Keeps another as it is before a step, whose patches are taken and not copied: a step reads the old ones here and
-    /// leaves its own there.
+    /// Keeps another as it is before a step, whose patches and rests are taken and not copied: a step reads the old ones
+    /// here and leaves its own there.
     pub(crate) fn keep(&mut self, other: &mut Self) {
-        let old = std::mem::take(&mut other.patches);
-        let mut spare = std::mem::take(&mut self.patches);
+        let old = (std::mem::take(&mut other.patches), std::mem::take(&mut other.still));
+        let mut spare = (std::mem::take(&mut self.patches), std::mem::take(&mut self.still));
         self.clone_from(other);
-        spare.clear();
-        (self.patches, other.patches) = (old, spare);
+        spare.0.clear();
+        spare.1.clear();
+        (self.patches, self.still) = old;
+        (other.patches, other.still) = spare;
     }
     /// Remembers the impulses of a step of length `dt`.
     pub fn store(&mut self, problem: &ContactProblem<S>, impulses: &Impulses<S>, dt: f64) {

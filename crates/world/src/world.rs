@@ -2,6 +2,7 @@
 
 mod checks;
 mod last;
+mod sleeping;
 mod standing;
 
 use crate::assembly;
@@ -21,6 +22,7 @@ use crate::observe::report::StepReport;
 use crate::settings::{Scheme, Settings};
 use crate::stepping::events::tape::Tape;
 use crate::stepping::schemes::{JointsLast, Schemes};
+use crate::stepping::soft_step::PatchForce;
 use crate::stepping::{Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
@@ -87,6 +89,9 @@ pub struct World<S: Geometry> {
     checkpoint: (Motion<S>, WarmStart<S>),
     /// What the step before found; the scheme's memory is used in turns, so that a failed step loses nothing.
     spare: (Vec<Touch<S>>, Schemes<S>),
+    /// Patches of the step before with those of islands that woke in this one; empty where none did.
+    woken: Vec<PatchForce>,
+    islands: sleeping::Islands,
     /// Why the last step that failed because of a solve did.
     failure: Option<Explanation>,
     /// What a step tells of itself while `step_taped` asks.
@@ -118,6 +123,8 @@ impl<S: Geometry> World<S> {
             schemes: Schemes::default(),
             checkpoint: Default::default(),
             spare: (Vec::new(), Schemes::default()),
+            woken: Vec::new(),
+            islands: sleeping::Islands::default(),
             failure: None,
             tape: None,
         })
@@ -137,6 +144,7 @@ impl<S: Geometry> World<S> {
     /// [`BuildError`] when no body has this name, or a joint holds it.
     pub fn remove(&mut self, name: &str) -> Result<(), BuildError> {
         let index = self.bodies.find(name).ok_or_else(|| self.bodies.unknown(name))?;
+        self.wake_all();
         self.written_bodies(Written::All).remove(name)?;
         self.groups.forget(name);
         self.applied.remove(index);
@@ -159,14 +167,18 @@ impl<S: Geometry> World<S> {
     /// # Errors
     /// [`BuildError`] for a material that no body was given, with the nearest name, or a coefficient out of range.
     pub fn set_pair(&mut self, one: &str, other: &str, pair: MaterialPair) -> Result<(), BuildError> {
-        self.bodies.materials.set(one, other, pair)
+        self.bodies.materials.set(one, other, pair)?;
+        self.wake_all();
+        Ok(())
     }
     /// Forgets what was said of a pair of materials; true when there was something.
     ///
     /// # Errors
     /// [`BuildError`] for a material that no body was given.
     pub fn remove_pair(&mut self, one: &str, other: &str) -> Result<bool, BuildError> {
-        self.bodies.materials.remove(one, other)
+        let was_there = self.bodies.materials.remove(one, other)?;
+        self.wake_all();
+        Ok(was_there)
     }
     /// What was said of pairs of materials, by their names.
     pub fn pairs(&self) -> impl Iterator<Item = (&str, &str, MaterialPair)> {
@@ -181,8 +193,9 @@ impl<S: Geometry> World<S> {
     pub fn motion_mut(&mut self) -> &mut Motion<S> {
         &mut self.written_bodies(Written::Motion).motion
     }
-    /// The bodies, to set momenta by (p, L).
+    /// The bodies, for whatever else may be changed; wakes all that sleep.
     pub fn bodies_mut(&mut self) -> &mut Bodies<S> {
+        self.wake_all();
         self.written_bodies(Written::All)
     }
     /// Index of a named body.
@@ -203,6 +216,9 @@ impl<S: Geometry> World<S> {
     pub fn set_settings(&mut self, settings: Settings<S>) -> Result<(), BuildError> {
         settings.check()?;
         self.known_energy = None;
+        if settings != self.settings {
+            self.wake_all();
+        }
         self.settings = settings;
         Ok(())
     }
@@ -243,6 +259,10 @@ impl<S: Geometry> World<S> {
         if inverse.linear > 0.0 {
             self.motion_mut().set_twist(body, &twist);
         }
+    }
+    /// Sets a body's velocities from its momenta (p, L), see [`Bodies::set_momenta`].
+    pub fn set_momenta(&mut self, body: usize, momentum: S::Vector, spin_momentum: S::Spin) {
+        self.written_bodies(Written::Motion).set_momenta(body, momentum, spin_momentum);
     }
     /// Energy of the present state.
     pub fn energy(&self) -> Energy {
@@ -294,6 +314,7 @@ impl<S: Geometry> World<S> {
         self.motion_mut().copy_from(&motion);
         (self.warm, self.applied, self.touches, self.is_applied) = (warm, applied, touches, true);
         (self.time, self.steps, self.ledger, self.groups) = (time, steps, ledger, groups);
+        self.find_sleepers();
         match taken {
             Err(
                 StepError::SolverRefused { phase: refused, .. }
@@ -338,6 +359,7 @@ impl<S: Geometry> World<S> {
             self.explain_failure(error);
             self.bodies.motion.copy_from(&self.checkpoint.0);
             self.warm.clone_from(&self.checkpoint.1);
+            self.find_sleepers();
             self.swap_scheme();
         }
         taken
@@ -419,7 +441,7 @@ impl<S: Geometry> World<S> {
         let before = self.known_energy.take().unwrap_or_else(|| self.energy());
         let of_groups = self.groups.states(&self.bodies, self.settings.gravity);
         let mut stopped = false;
-        let scheme = self.advance_scheme(dt, &mut |progress| {
+        let mut scheme = self.advance_scheme(dt, &mut |progress| {
             let goes_on = watch(progress);
             stopped |= !goes_on;
             goes_on
@@ -431,11 +453,15 @@ impl<S: Geometry> World<S> {
         }
         self.normalize_rotations(as_before);
         self.check_after()?;
+        self.settle(dt, &mut scheme.ledger);
         self.warm.joints = joint::left(&self.bodies);
         Ok(self.observe(before, &of_groups, scheme, dt))
     }
 
     fn advance_scheme(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport, StepError> {
+        if self.settings.scheme == Scheme::SoftStep {
+            self.find_soft_touches(dt);
+        }
         let step = Step { time: self.time, dt, gravity: self.settings.gravity };
         let quiet = self.fields.is_empty() && !self.is_applied;
         let (fields, applied) = (&mut self.fields, &self.applied);
@@ -462,10 +488,7 @@ impl<S: Geometry> World<S> {
             }
             Scheme::SoftStep => {
                 let scheme = &mut self.schemes.soft_step;
-                let before = &self.checkpoint.1.patches;
-                let mut again = scheme.again(bodies, settings, before);
-                let mut known = |a: usize, b: usize, out: &mut Vec<Touch<S>>| again.append(a, b, out);
-                self.narrow_phase.update_but(bodies, settings, dt, &mut known, &mut self.touches);
+                let before = if self.woken.is_empty() { &self.checkpoint.1.patches } else { &self.woken };
                 scheme.advance(bodies, (&self.touches, before), settings, &step, outside, warm)
             }
         };
@@ -504,6 +527,7 @@ impl<S: Geometry> World<S> {
             tolerance: self.settings.tolerance,
             budget: self.settings.iterations,
             contacts: self.touches.len(),
+            asleep: self.bodies.asleep().len(),
             contact_solve: scheme.contact_solve,
             impact_solve: scheme.impact_solve,
             impacts: scheme.impacts,
@@ -561,6 +585,9 @@ impl<S: Geometry> World<S> {
         self.ledger = ledger;
         self.forget_step();
         self.may_write(Written::All);
+        // what sleeps there rests as it is there
+        self.checkpoint.0.copy_from(&self.bodies.motion);
+        self.find_sleepers();
         self.applied = vec![Wrench::default(); self.bodies.len()];
     }
 

@@ -39,6 +39,7 @@ const LEDGER = [
   ["constraint", "joints"],
   ["projection", "projection"],
   ["integrator", "integrator"],
+  ["sleep", "sleep"],
 ] as const;
 
 /** The charts of a run; lines of a run that it is compared with come as dashes. */

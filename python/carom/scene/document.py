@@ -100,6 +100,17 @@ class SoftSettings(Strict):
     push_speed: NotNegative | None = Field(
         default=None, description="Overlaps are not pushed apart faster than this [m/s]; 3 when absent."
     )
+    sleeping: Switch | None = Field(
+        default=None,
+        description="Whether islands of bodies that rest on obstacles fall asleep; false when absent.",
+    )
+    sleep_speed: NotNegative | None = Field(
+        default=None,
+        description="Bodies rest while their surfaces' mean speed is below this [m/s]; 0.01 when absent.",
+    )
+    sleep_time: NotNegative | None = Field(
+        default=None, description="For how long an island must have rested [s]; 0.5 when absent."
+    )
 
 
 class SettingsCommon(Strict):

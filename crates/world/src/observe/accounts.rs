@@ -36,13 +36,16 @@ pub struct MomentumLedger<V: Column> {
     pub projection: V,
     /// The integrator: what free motion gained or lost.
     pub integrator: V,
+    /// Bodies that fell asleep: the obstacles under them have what they had.
+    #[serde(default)]
+    pub sleep: V,
     /// After - before - sum of the lines.
     pub closure: V,
 }
 
 impl<V: Column> MomentumLedger<V> {
     /// Names of the lines, in order, as users have them.
-    pub const NAMES: [&'static str; 10] = [
+    pub const NAMES: [&'static str; 11] = [
         "gravity",
         "applied",
         "damping",
@@ -52,10 +55,11 @@ impl<V: Column> MomentumLedger<V> {
         "constraint",
         "projection",
         "integrator",
+        "sleep",
         "closure",
     ];
     /// The lines in the order of `NAMES`.
-    pub fn lines(&self) -> [V; 10] {
+    pub fn lines(&self) -> [V; 11] {
         [
             self.gravity,
             self.applied,
@@ -66,12 +70,13 @@ impl<V: Column> MomentumLedger<V> {
             self.constraint,
             self.projection,
             self.integrator,
+            self.sleep,
             self.closure,
         ]
     }
     /// Sum of the lines but the closure.
     pub fn sum(&self) -> V {
-        self.lines()[..9].iter().fold(V::ZERO, |sum, line| sum + *line)
+        self.lines()[..10].iter().fold(V::ZERO, |sum, line| sum + *line)
     }
     /// Adds another step's, or another body's, lines.
     pub fn add(&mut self, o: &Self) {
@@ -84,6 +89,7 @@ impl<V: Column> MomentumLedger<V> {
         self.constraint += o.constraint;
         self.projection += o.projection;
         self.integrator += o.integrator;
+        self.sleep += o.sleep;
         self.closure += o.closure;
     }
 }
@@ -131,6 +137,8 @@ pub enum Motive {
     Projection,
     /// Damping.
     Damping,
+    /// Falling asleep.
+    Sleep,
 }
 
 /// A body's state, as far as its account needs it.
@@ -219,13 +227,15 @@ impl<S: Geometry> Accounts<S> {
             Motive::Integrator => (&mut e.integrator, &mut p.integrator, &mut l.integrator),
             Motive::Projection => (&mut e.projection, &mut p.projection, &mut l.projection),
             Motive::Damping => (&mut e.damping, &mut p.damping, &mut l.damping),
+            Motive::Sleep => (&mut e.sleep, &mut p.sleep, &mut l.sleep),
         };
         *e += energy;
         *p += dp;
         *l += spin;
     }
 
-    /// Books gravity and loads over a time \[s\], acting where the bodies are, by two sets of velocities.
+    /// Books gravity and loads over a time \[s\], acting where the bodies are, by two sets of velocities; what sleeps is
+    /// held.
     pub fn loads(
         &mut self,
         bodies: &Bodies<S>,
@@ -234,7 +244,8 @@ impl<S: Geometry> Accounts<S> {
         gravity: S::Vector,
         wrenches: &[Wrench<S>],
     ) {
-        for (i, account) in self.of_bodies.iter_mut().enumerate().filter(|(i, _)| bodies.is_dynamic(*i)) {
+        let is_awake = |i: usize| bodies.is_dynamic(i) && !bodies.is_asleep(i);
+        for (i, account) in self.of_bodies.iter_mut().enumerate().filter(|(i, _)| is_awake(*i)) {
             let (d, w, x) = (&bodies.data[i], &wrenches[i], bodies.motion.position[i]);
             let way = (before[i].linear + after[i].linear) * (0.5 * time);
             let weight = gravity * (d.mass_properties.mass * time);

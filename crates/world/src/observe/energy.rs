@@ -19,7 +19,13 @@ pub struct Energy {
 impl Energy {
     /// Sum over all bodies that can move, in order of index.
     pub fn of<S: Geometry>(bodies: &Bodies<S>, gravity: S::Vector) -> Self {
-        Energy::sum(bodies, bodies.dynamic(), gravity)
+        let Some(moment) = bodies.asleep_moment() else {
+            return Energy::sum(bodies, bodies.dynamic(), gravity);
+        };
+        // bodies that sleep have potential energy alone, and it stays
+        let mut awake = Energy::sum(bodies, bodies.awake(), gravity);
+        awake.potential -= gravity.dot(moment);
+        awake
     }
     /// Sum over some of them, given by their indices.
     pub fn of_some<S: Geometry>(bodies: &Bodies<S>, some: &[usize], gravity: S::Vector) -> Self {
@@ -57,7 +63,10 @@ pub struct Momenta<S: Space> {
 impl<S: Geometry> Momenta<S> {
     /// Sum over all bodies that can move.
     pub fn of(bodies: &Bodies<S>) -> Self {
-        Momenta::sum(bodies, bodies.dynamic())
+        match bodies.asleep_moment() {
+            None => Momenta::sum(bodies, bodies.dynamic()),
+            Some(_) => Momenta::sum(bodies, bodies.awake()),
+        }
     }
     /// Sum over some of them, given by their indices.
     pub fn of_some(bodies: &Bodies<S>, some: &[usize]) -> Self {

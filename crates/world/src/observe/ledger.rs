@@ -36,13 +36,16 @@ pub struct Ledger {
     pub projection: f64,
     /// The integrator: energy that free motion gained or lost.
     pub integrator: f64,
+    /// Kinetic energy of bodies that fell asleep.
+    #[serde(default)]
+    pub sleep: f64,
     /// Energy after - energy before - sum of the lines.
     pub closure: f64,
 }
 
 impl Ledger {
     /// Names of the lines, in order, as users and files have them.
-    pub const NAMES: [&'static str; 14] = [
+    pub const NAMES: [&'static str; 15] = [
         "gravity",
         "applied",
         "driven",
@@ -56,10 +59,11 @@ impl Ledger {
         "constraint",
         "projection",
         "integrator",
+        "sleep",
         "closure",
     ];
     /// The lines in the order of `NAMES`.
-    pub fn lines(&self) -> [f64; 14] {
+    pub fn lines(&self) -> [f64; 15] {
         [
             self.gravity,
             self.applied,
@@ -74,12 +78,13 @@ impl Ledger {
             self.constraint,
             self.projection,
             self.integrator,
+            self.sleep,
             self.closure,
         ]
     }
     /// Sum of the lines that change the total energy (all but gravity and closure).
     pub fn sum(&self) -> f64 {
-        self.lines()[1..13].iter().sum()
+        self.lines()[1..14].iter().sum()
     }
     /// Adds another step's ledger.
     pub fn add(&mut self, o: &Ledger) {
@@ -96,6 +101,7 @@ impl Ledger {
         self.constraint += o.constraint;
         self.projection += o.projection;
         self.integrator += o.integrator;
+        self.sleep += o.sleep;
         self.closure += o.closure;
     }
 }

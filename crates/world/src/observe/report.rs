@@ -147,6 +147,9 @@ pub struct StepReport<S: Space> {
     pub budget: usize,
     /// Contacts found at the step's start, speculative ones included.
     pub contacts: usize,
+    /// Bodies that sleep after the step.
+    #[serde(default)]
+    pub asleep: usize,
     /// The solve of the persistent contacts; `None` when there were none.
     pub contact_solve: Option<SolveReport>,
     /// The solve of the impacts; `None` when nothing approached.

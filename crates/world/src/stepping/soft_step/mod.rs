@@ -52,8 +52,8 @@ pub struct SoftStep<S: Geometry> {
     start: Vec<Twist<S>>,
     /// What free rotation adds to the spin at the step's end.
     after: Vec<S::Spin>,
-    /// For which standing bodies the columns over all bodies hold what does not change.
-    made_for: Option<u64>,
+    /// For which standing bodies, and which sleeping ones, the columns over all bodies hold what does not change.
+    made_for: Option<(u64, u64)>,
     /// The loads are zeros.
     quiet: bool,
     /// The applied loads of the last step.
@@ -135,10 +135,15 @@ impl<S: Geometry> SoftStep<S> {
 
     /// Columns over all bodies; what they hold of fixed ones is made where those are others than before.
     fn make_room(&mut self, bodies: &Bodies<S>) {
-        if self.made_for.is_some() && self.made_for == bodies.standing() {
+        let wanted = bodies.standing().map(|number| (number, bodies.sleep_number()));
+        if wanted.is_some() && self.made_for.is_some_and(|made| Some(made.0) == bodies.standing()) {
+            if self.made_for != wanted {
+                self.let_sleep(bodies);
+            }
+            self.made_for = wanted;
             return;
         }
-        self.made_for = bodies.standing();
+        self.made_for = wanted;
         let count = bodies.len();
         self.start.clear();
         self.after.clear();
@@ -148,7 +153,17 @@ impl<S: Geometry> SoftStep<S> {
         self.record_of.resize(count, motion::NONE);
         self.rigid.position.clone_from(&bodies.motion.position);
         self.rigid.rotation.clone_from(&bodies.motion.rotation);
+        self.let_sleep(bodies);
         self.quiet = false;
+    }
+
+    /// What the columns hold of bodies that sleep.
+    fn let_sleep(&mut self, bodies: &Bodies<S>) {
+        for i in bodies.asleep().iter().map(|i| *i as usize) {
+            (self.start[i], self.after[i]) = (Twist::default(), S::Spin::ZERO);
+            self.record_of[i] = motion::NONE;
+        }
+        self.rigid.let_sleep(bodies);
     }
 
     /// The loads in the middle of the step.

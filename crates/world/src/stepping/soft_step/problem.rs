@@ -38,6 +38,8 @@ pub struct Rigid<S: Geometry> {
     pub position: Vec<S::Vector>,
     /// Attitudes at the step's start.
     pub rotation: Vec<S::Rotation>,
+    /// Bodies that sleep, ascending: what holds them is not in the problem.
+    asleep: Vec<u32>,
     gravity: S::Vector,
     dt: f64,
     made: OnceLock<(ContactProblem<S>, Impulses<S>, Vec<usize>)>,
@@ -46,7 +48,8 @@ pub struct Rigid<S: Geometry> {
 impl<S: Geometry> Default for Rigid<S> {
     fn default() -> Self {
         let (position, rotation) = Default::default();
-        Rigid { position, rotation, gravity: S::Vector::ZERO, dt: 0.0, made: OnceLock::new() }
+        let (asleep, made) = Default::default();
+        Rigid { position, rotation, asleep, gravity: S::Vector::ZERO, dt: 0.0, made }
     }
 }
 
@@ -61,6 +64,16 @@ impl<S: Geometry> Rigid<S> {
         }
     }
 
+    /// Takes in who sleeps, and where.
+    pub fn let_sleep(&mut self, bodies: &Bodies<S>) {
+        self.asleep.clear();
+        self.asleep.extend_from_slice(bodies.asleep());
+        for i in bodies.asleep().iter().map(|i| *i as usize) {
+            self.position[i] = bodies.motion.position[i];
+            self.rotation[i] = bodies.motion.rotation[i];
+        }
+    }
+
     /// Inverse mass of a body at the step's start, and its velocity after the loads alone.
     fn free(&self, bodies: &Bodies<S>, i: usize, found: &Found<'_, S>) -> (InverseMass<S>, Twist<S>) {
         let d = &bodies.data[i];
@@ -68,7 +81,7 @@ impl<S: Geometry> Rigid<S> {
         let inverse: InverseMass<S> = InverseMass { linear: d.inverse_mass, angular };
         let load = &found.loads[i];
         let mut v = found.start[i];
-        if bodies.is_dynamic(i) {
+        if bodies.is_dynamic(i) && self.asleep.binary_search(&(i as u32)).is_err() {
             v.linear += (self.gravity + load.force * inverse.linear) * self.dt;
             v.angular += inverse.angular.apply(load.torque) * self.dt;
         }
