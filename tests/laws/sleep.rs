@@ -123,7 +123,11 @@ pub fn whatever_stirs_a_stack_wakes_it_and_no_other<S: Dimension>() {
 
 pub fn whatever_may_move_everything_wakes_everything<S: Dimension>() {
     type Stir<S> = fn(&mut World<S>);
-    let stirs: [(&str, Stir<S>); 5] = [
+    let stirs: [(&str, Stir<S>); 6] = [
+        ("an obstacle that is put among them", |w| {
+            let wall = BodySpec::fixed(S::block(1.0, 1.0)).at(S::at(1.2, 0.5));
+            add(w, "wall", wall);
+        }),
         ("gravity", |w| {
             let settings = Settings { gravity: S::at(1.0, -9.0), ..w.settings().clone() };
             w.set_settings(settings).expect("in range");

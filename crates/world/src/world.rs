@@ -7,7 +7,7 @@ mod standing;
 
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
-use crate::body::BodySpec;
+use crate::body::{BodyKind, BodySpec};
 use crate::error::{BuildError, StepError};
 use crate::force::{ForceField, Wrench};
 use crate::integrate::Step;
@@ -134,8 +134,13 @@ impl<S: Geometry> World<S> {
     /// # Errors
     /// [`BuildError`] naming body, field, value and remedy; the world is unchanged then.
     pub fn add(&mut self, name: &str, spec: BodySpec<S>) -> Result<usize, BuildError> {
+        let stands = spec.kind != BodyKind::Dynamic;
         let index = self.written_bodies(Written::All).add(name, spec)?;
         self.applied.push(Wrench::default());
+        if stands {
+            // contacts of obstacles at rest with what sleeps are not looked for
+            self.wake_all();
+        }
         Ok(index)
     }
     /// Removes a body; the indices of those after it fall by one.
