@@ -32,3 +32,4 @@ mod snapshots;
 mod soft_step;
 mod statics;
 mod systems;
+mod threads;

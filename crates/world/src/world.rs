@@ -3,6 +3,7 @@
 mod checks;
 mod last;
 mod standing;
+mod threads;
 
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
@@ -21,6 +22,7 @@ use crate::observe::report::StepReport;
 use crate::settings::{Scheme, Settings};
 use crate::stepping::events::tape::Tape;
 use crate::stepping::schemes::{JointsLast, Schemes};
+use crate::stepping::soft_step::Again;
 use crate::stepping::{Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
@@ -444,7 +446,8 @@ impl<S: Geometry> World<S> {
             out.extend_from_slice(applied);
             add_fields(fields, time, bodies, out)
         };
-        let outside = Outside { quiet, loads: &mut loads, watch, tape: self.tape.as_mut() };
+        let (tape, workers) = (self.tape.as_mut(), &self.narrow_phase.workers.clone());
+        let outside = Outside { quiet, loads: &mut loads, watch, tape, workers };
         let (bodies, settings, warm) = (&mut self.bodies, &self.settings, &mut self.warm);
         self.schemes.ran = settings.scheme;
         self.schemes.begin_accounts(bodies.len(), !self.groups.is_empty());
@@ -463,9 +466,9 @@ impl<S: Geometry> World<S> {
             Scheme::SoftStep => {
                 let scheme = &mut self.schemes.soft_step;
                 let before = &self.checkpoint.1.patches;
-                let mut again = scheme.again(bodies, settings, before);
-                let mut known = |a: usize, b: usize, out: &mut Vec<Touch<S>>| again.append(a, b, out);
-                self.narrow_phase.update_but(bodies, settings, dt, &mut known, &mut self.touches);
+                let known = Again { bodies, settings, before };
+                let out = (&mut self.touches, &mut scheme.again);
+                self.narrow_phase.update_but(bodies, settings, dt, &known, out);
                 scheme.advance(bodies, (&self.touches, before), settings, &step, outside, warm)
             }
         };

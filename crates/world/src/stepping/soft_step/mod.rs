@@ -10,7 +10,7 @@ mod motion;
 mod patches;
 mod problem;
 
-pub use again::AGAIN;
+pub use again::{AGAIN, Again};
 pub use memory::PatchForce;
 
 use crate::bodies::Bodies;
@@ -47,7 +47,7 @@ pub struct SoftStep<S: Geometry> {
     /// Records that impulses do not move.
     fixed: Vec<bool>,
     /// Pairs whose contacts of an earlier step are used again, ascending by their bodies' serials.
-    again: Vec<(u64, u64)>,
+    pub(crate) again: Vec<(u64, u64)>,
     /// Velocities at the step's start, turning as free motion does in the mean.
     start: Vec<Twist<S>>,
     /// What free rotation adds to the spin at the step's end.
