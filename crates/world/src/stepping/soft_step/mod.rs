@@ -44,8 +44,8 @@ pub struct SoftStep<S: Geometry> {
     record_of: Vec<u32>,
     /// Body of each record.
     body_of: Vec<u32>,
-    /// Records that impulses do not move.
-    fixed: Vec<bool>,
+    /// Records before this one are those of obstacles: impulses do not move them.
+    obstacles: u32,
     /// Pairs whose contacts of an earlier step are used again, ascending by their bodies' serials.
     pub(crate) again: Vec<(u64, u64)>,
     /// Velocities at the step's start, turning as free motion does in the mean.
@@ -78,7 +78,7 @@ impl<S: Geometry> Default for SoftStep<S> {
             members: Vec::new(),
             record_of: Vec::new(),
             body_of: Vec::new(),
-            fixed: Vec::new(),
+            obstacles: 0,
             again: Vec::new(),
             start: Vec::new(),
             after: Vec::new(),
@@ -110,6 +110,7 @@ impl<S: Geometry> SoftStep<S> {
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
         refuse(bodies, touches, step.time)?;
+        let workers = outside.workers;
         let mut report = SchemeReport::default();
         self.make_room(bodies);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
@@ -119,8 +120,7 @@ impl<S: Geometry> SoftStep<S> {
         self.rigid.begin(bodies, step);
         self.gather(bodies, touches, step, &choice);
         self.patch(bodies, touches, before, &choice);
-        let fixed = &self.fixed;
-        self.solver.advance(&self.patches, |record| fixed[record as usize], &choice);
+        self.solver.advance(&mut self.patches, self.obstacles, &choice, workers);
         let told = self.solver.told();
         report.contact_solve = self.solved(step, &told);
         self.judge(&report.contact_solve, settings, step.time)?;

@@ -78,8 +78,7 @@ impl<S: Geometry> SoftStep<S> {
         }
         self.body_of.clear();
         self.body_of.push(NONE);
-        self.fixed.clear();
-        self.fixed.push(true);
+        self.obstacles = 1;
         // one record serves all obstacles at rest; its name in reports is the last one's
         let mut resting = None;
         for t in touches {
@@ -92,8 +91,13 @@ impl<S: Geometry> SoftStep<S> {
         }
         self.body_of[0] = resting.unwrap_or(NONE);
         let h = step.dt / choice.substeps as f64;
-        for i in bodies.movers().iter().map(|i| *i as usize) {
-            let dynamic = bodies.is_dynamic(i);
+        let movers = |dynamic: bool| {
+            let movers = bodies.movers().iter().map(|i| *i as usize);
+            movers.filter(move |i| bodies.is_dynamic(*i) == dynamic)
+        };
+        // obstacles first: their records are not written
+        let driven = movers(false).map(|i| (i, false));
+        for (i, dynamic) in driven.chain(movers(true).map(|i| (i, true))) {
             if self.record_of[i] == NONE || (!dynamic && self.start[i] == Twist::default()) {
                 continue;
             }
@@ -114,7 +118,9 @@ impl<S: Geometry> SoftStep<S> {
             };
             self.record_of[i] = self.solver.add(&body);
             self.body_of.push(i as u32);
-            self.fixed.push(!dynamic);
+            if !dynamic {
+                self.obstacles = self.body_of.len() as u32;
+            }
         }
     }
 
@@ -143,7 +149,7 @@ impl<S: Geometry> SoftStep<S> {
             let i = bodies.movers()[k] as usize;
             let (start, end) = (self.start[i], bodies.motion.twist(i));
             let record = self.record_of[i];
-            if record == NONE || record == 0 || self.fixed[record as usize] {
+            if record == NONE || record < self.obstacles {
                 // free flight, and obstacles: the mean velocity is exact
                 bodies.motion.position[i] += (start.linear + end.linear) * (0.5 * step.dt);
                 let angle = (start.angular + end.angular) * (0.5 * step.dt);
