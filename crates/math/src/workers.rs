@@ -1,8 +1,9 @@
 //! Workers: threads that take turns at work in stages. A stage is cut into chunks whose size no number of workers decides,
-//! and what chunks found is joined in their order, so that one worker and thirty give the same bits. Whoever is free
-//! takes the next chunk; a stage begins when the one before is done, not when all workers have come, so that a worker
-//! that another process keeps away delays nobody. Between stages workers wait by giving their time away, between regions
-//! they sleep. One worker is the same text without threads. Knows no physics.
+//! and what chunks found is joined in their order, so that one worker and thirty give the same bits. Each begins with the
+//! chunks of its own share, which are near it from the stage before, and whoever is free takes from the others'. A stage
+//! begins when the one before is done, not when all workers have come, so that a worker that another process keeps away
+//! delays nobody. Between stages workers wait by giving their time away, between regions they sleep after a while. One
+//! worker is the same text without threads. Knows no physics.
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -39,17 +40,15 @@ impl Workers {
     pub fn stages(&self, plan: &[u32], part: impl Fn(Turns<'_>) + Sync) {
         match &self.0 {
             Some(threads) if plan.iter().any(|chunks| *chunks > 1) => {
-                let board = Board::default();
-                board.open(plan, 0);
-                threads
-                    .together(&|| part(Turns { plan, board: Some(&board), stage: 0, next: 0, holds: false }));
+                let board = Board::new(plan, threads.count);
+                threads.together(&|seat| part(Turns::new(plan, Some(&board), seat)));
             }
-            _ => part(Turns { plan, board: None, stage: 0, next: 0, holds: false }),
+            _ => part(Turns::new(plan, None, 0)),
         }
     }
 
-    /// Works over items in chunks of `size`: `work` gets the place of a chunk's first item, its items and a memory that it finds as `join` left it, and
-    /// `join` the memories in the order of the chunks. One worker has one chunk.
+    /// Works over items in chunks of `size`: `work` gets the place of a chunk's first item, its items, and a memory as `join`
+    /// left it; `join` gets the memories in the order of the chunks. One worker has one chunk.
     pub fn chunks<I: Sync, M: Default + Send>(
         &self,
         items: &[I],
@@ -106,22 +105,41 @@ fn lock<M>(memory: &Mutex<M>) -> std::sync::MutexGuard<'_, M> {
 }
 
 /// Where a region stands.
-#[derive(Default)]
 struct Board {
-    /// The open stage, and below it the next chunk of it that nobody took.
-    ticket: AtomicU64,
+    /// Each worker's share of the open stage: what it did in stages before is near it.
+    shares: Vec<Share>,
     /// Chunks of the open stage that are done.
     done: AtomicU32,
 }
+
+/// The open stage, and below it the next chunk of a share that nobody took. Apart from the others in memory.
+#[derive(Default)]
+#[repr(align(128))]
+struct Share(AtomicU64);
 
 /// A stage that no plan has.
 const OVER: u64 = u64::MAX;
 
 impl Board {
-    /// Opens a stage, or the first one after it that has chunks.
+    fn new(plan: &[u32], workers: usize) -> Self {
+        let board =
+            Board { shares: (0..workers).map(|_| Share::default()).collect(), done: AtomicU32::new(0) };
+        board.open(plan, 0);
+        board
+    }
+    /// First chunk of a share of a stage.
+    fn first(&self, chunks: u32, share: usize) -> u32 {
+        (u64::from(chunks) * share as u64 / self.shares.len() as u64) as u32
+    }
+    /// Opens a stage, or the first one after it that has chunks. Turns may begin while it does; the last share, which is opened
+    /// last, is never empty, so that the stage is not over before it is open.
     fn open(&self, plan: &[u32], stage: usize) {
         let empty = plan[stage..].iter().take_while(|chunks| **chunks == 0).count();
-        self.ticket.store(((stage + empty) as u64) << 32, Ordering::Release);
+        let stage = stage + empty;
+        let chunks = plan.get(stage).copied().unwrap_or(0);
+        for (k, share) in self.shares.iter().enumerate() {
+            share.0.store((stage as u64) << 32 | u64::from(self.first(chunks, k)), Ordering::Release);
+        }
     }
 }
 
@@ -130,6 +148,8 @@ pub struct Turns<'a> {
     plan: &'a [u32],
     /// None of who is alone.
     board: Option<&'a Board>,
+    /// Whose share it takes first.
+    seat: usize,
     stage: usize,
     /// Alone: the stage's next chunk.
     next: u32,
@@ -153,9 +173,13 @@ impl Iterator for Turns<'_> {
     }
 }
 
-impl Turns<'_> {
-    /// Looks for the next chunk to come before it gives its time away [1]: about a microsecond.
+impl<'a> Turns<'a> {
+    /// Looks for the next chunk to come before it gives its time away \[1\]: about a microsecond.
     const PATIENCE: u32 = 40;
+
+    fn new(plan: &'a [u32], board: Option<&'a Board>, seat: usize) -> Self {
+        Turns { plan, board, seat, stage: 0, next: 0, holds: false }
+    }
 
     #[inline(never)]
     fn among(&mut self, board: &Board) -> Option<(usize, usize)> {
@@ -169,16 +193,19 @@ impl Turns<'_> {
         }
         let mut looks = 0;
         loop {
-            let ticket = board.ticket.load(Ordering::Acquire);
-            let (stage, chunk) = ((ticket >> 32) as usize, ticket as u32);
-            if chunk < *self.plan.get(stage)? {
-                let taken =
-                    board.ticket.compare_exchange(ticket, ticket + 1, Ordering::Acquire, Ordering::Relaxed);
-                if taken.is_ok() {
+            for k in 0..board.shares.len() {
+                let share = (self.seat + k) % board.shares.len();
+                let place = &board.shares[share].0;
+                let ticket = place.load(Ordering::Acquire);
+                let (stage, chunk) = ((ticket >> 32) as usize, ticket as u32);
+                let end = board.first(*self.plan.get(stage)?, share + 1);
+                let (taken, seen) = (Ordering::Acquire, Ordering::Relaxed);
+                if chunk < end && place.compare_exchange(ticket, ticket + 1, taken, seen).is_ok() {
                     (self.stage, self.holds) = (stage, true);
                     return Some((stage, chunk as usize));
                 }
-            } else if looks < Self::PATIENCE {
+            }
+            if looks < Self::PATIENCE {
                 looks += 1;
                 std::hint::spin_loop();
             } else {
@@ -192,19 +219,33 @@ impl Drop for Turns<'_> {
     /// Who leaves with a chunk that is not done has panicked: nobody must wait for it.
     fn drop(&mut self) {
         if let (true, Some(board)) = (self.holds, self.board) {
-            board.ticket.store(OVER, Ordering::Release);
+            board.shares.iter().for_each(|share| share.0.store(OVER, Ordering::Release));
         }
     }
 }
 
 #[cfg(not(target_arch = "wasm32"))]
 mod threads {
+    use std::cell::Cell;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::time::{Duration, Instant};
+
+    /// How long a worker that has nothing to do looks for work before it sleeps: to be woken takes a tenth of a millisecond,
+    /// and a step has a dozen regions.
+    const LINGERS: Duration = Duration::from_micros(300);
+
+    /// Looks before a worker gives its time away \[1\].
+    const PATIENCE: u32 = 40;
+
     /// Threads that sleep until they are called.
     #[derive(Debug)]
     pub struct Threads {
         /// Workers, the caller among them.
         pub count: usize,
         pool: rayon::ThreadPool,
+        /// Who looks for work.
+        awake: Arc<AtomicUsize>,
         /// A process that was forked off has the memory and not the threads.
         process: u32,
     }
@@ -216,21 +257,65 @@ mod threads {
                 .thread_name(|k| format!("carom {}", k + 1))
                 .build()
                 .map_err(|e| e.to_string())?;
-            Ok(Threads { count, pool, process: std::process::id() })
+            Ok(Threads { count, pool, awake: Arc::default(), process: std::process::id() })
         }
 
-        /// Calls `part` once in every worker; comes back when all did, and panics when one did.
-        pub fn together(&self, part: &(impl Fn() + Sync)) {
+        /// Calls `part` once in every worker with its seat, the caller's being 0; comes back when all did, and panics when one did.
+        pub fn together(&self, part: &(impl Fn(usize) + Sync)) {
             if std::process::id() != self.process {
-                return part();
+                return part(0);
             }
+            for _ in self.awake.load(Ordering::Relaxed)..self.count - 1 {
+                let awake = Arc::clone(&self.awake);
+                awake.fetch_add(1, Ordering::Relaxed);
+                self.pool.spawn(move || linger(&awake));
+            }
+            let here = AtomicUsize::new(self.count - 1);
             self.pool.in_place_scope(|scope| {
                 for _ in 1..self.count {
-                    scope.spawn(|_| part());
+                    scope.spawn(|_| {
+                        part(rayon::current_thread_index().map_or(0, |k| k + 1));
+                        here.fetch_sub(1, Ordering::Release);
+                    });
                 }
-                part();
+                part(0);
+                // what is left takes less than to sleep and be woken; who panicked is not waited for here
+                let gone = || here.load(Ordering::Acquire) == 0;
+                (0..100 * PATIENCE).any(|looks| gone() || wait(looks));
             });
         }
+    }
+
+    /// Waits for a moment; false, for more are to come.
+    fn wait(looks: u32) -> bool {
+        if looks < PATIENCE {
+            std::hint::spin_loop()
+        } else {
+            std::thread::yield_now()
+        }
+        false
+    }
+
+    thread_local! {
+        static IS_AWAKE: Cell<bool> = const { Cell::new(false) };
+    }
+
+    /// Takes part in what is called for until nothing was for a while.
+    fn linger(awake: &AtomicUsize) {
+        // one that looks for work may find this
+        if !IS_AWAKE.replace(true) {
+            let (mut last, mut looks) = (Instant::now(), 0);
+            while last.elapsed() < LINGERS {
+                if rayon::yield_now() == Some(rayon::Yield::Executed) {
+                    (last, looks) = (Instant::now(), 0);
+                } else {
+                    wait(looks);
+                    looks += 1;
+                }
+            }
+            IS_AWAKE.set(false);
+        }
+        awake.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
@@ -247,8 +332,8 @@ mod threads {
         pub fn new(count: usize) -> Result<Self, String> {
             Ok(Threads { count })
         }
-        pub fn together(&self, part: &(impl Fn() + Sync)) {
-            part();
+        pub fn together(&self, part: &(impl Fn(usize) + Sync)) {
+            part(0);
         }
     }
 }
