@@ -72,7 +72,11 @@ def test_physics_has_no_cfg_on_the_dimension() -> None:
 
 
 def test_unsafe_stays_in_its_named_places() -> None:
-    allowed = {"crates/python/src/views.rs", "crates/playground/src/door.rs"}
+    allowed = {
+        "crates/python/src/views.rs",
+        "crates/playground/src/door.rs",
+        "crates/solver/src/soft/shared.rs",
+    }
     for crate in MAY_USE:
         for path in sources(crate):
             code = re.sub(r"//.*", "", path.read_text())

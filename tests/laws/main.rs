@@ -33,3 +33,4 @@ mod snapshots;
 mod soft_step;
 mod statics;
 mod systems;
+mod threads;

@@ -9,6 +9,7 @@ pub mod skew;
 pub mod space;
 pub mod tuple;
 pub mod wide;
+pub mod workers;
 
 pub use inertia::{Inertia, Moment, Sym3};
 pub use pose::Pose;
@@ -16,6 +17,7 @@ pub use rotation::{Quaternion, Rotation, Turn};
 pub use space::{Planar, Space, Spatial};
 pub use tuple::{Column, Tuple, Vec1, Vec2, Vec3, vec1, vec2, vec3};
 pub use wide::{Several, Wide};
+pub use workers::Workers;
 
 /// The exponential function with the same bits on every machine.
 pub fn exp(x: f64) -> f64 {

@@ -7,7 +7,8 @@ use crate::settings::{Scheme, Settings};
 use crate::stepping::soft_step::AGAIN;
 use carom_geometry::broad_phase::{BroadPhase, Changed};
 use carom_geometry::{Aabb, ContactPoint, Geometry};
-use carom_math::{Column, Pose, Space};
+use carom_math::workers::Memory;
+use carom_math::{Column, Pose, Space, Workers};
 
 /// One contact between two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,8 +37,34 @@ pub struct Touch<S: Space> {
     pub tangential_restitution: f64,
 }
 
-/// Appends the contacts of a pair (a, b) of bodies if it knows them.
-pub type Known<'a, S> = dyn FnMut(usize, usize, &mut Vec<Touch<S>>) -> bool + 'a;
+/// Bodies and pairs that a worker takes at a time; nothing depends on it but the time.
+const CHUNK: usize = 256;
+
+/// Contacts that are known without a search; workers ask at once.
+pub trait Known<S: Geometry>: Sync {
+    /// Appends the contacts of bodies a and b if they are known. Pairs of the same findings come in their order.
+    fn append(&self, pair: (usize, usize), out: &mut Findings<S>) -> bool;
+}
+
+/// Nothing is known.
+impl<S: Geometry> Known<S> for () {
+    fn append(&self, _: (usize, usize), _: &mut Findings<S>) -> bool {
+        false
+    }
+}
+
+/// What is found of a chunk of pairs.
+#[derive(Default)]
+pub struct Findings<S: Geometry> {
+    /// Contacts.
+    pub touches: Vec<Touch<S>>,
+    /// Pairs whose contacts were known, by their bodies' serials.
+    pub known: Vec<(u64, u64)>,
+    /// Where the search for what is known stands; none before the first pair.
+    pub place: Option<usize>,
+    /// Room for a pair's points.
+    pub points: Vec<ContactPoint<S>>,
+}
 
 /// Finds contacts; holds memory, the broad phase's order and the boxes of bodies that stand, nothing that changes an
 /// answer.
@@ -52,7 +79,7 @@ pub struct NarrowPhase<S: Geometry> {
     moving: Vec<u32>,
     asleep: Vec<u32>,
     /// Place of each body in the columns; `u32::MAX` of those without a shape.
-    places: Vec<u32>,
+    place_of: Vec<u32>,
     bounds: Vec<Aabb<S>>,
     margins: Vec<f64>,
     poses: Vec<Pose<S>>,
@@ -61,25 +88,37 @@ pub struct NarrowPhase<S: Geometry> {
     speeds: Vec<f64>,
     indices: Vec<usize>,
     movable: Vec<bool>,
-    points: Vec<ContactPoint<S>>,
+    /// Who shares the work.
+    pub(crate) workers: Workers,
+    findings: Memory<Findings<S>>,
+    places: Memory<Vec<Place<S>>>,
+}
+
+/// A body with a shape in its place.
+struct Place<S: Geometry> {
+    bounds: Aabb<S>,
+    pose: Pose<S>,
+    margin: f64,
+    speed: f64,
 }
 
 impl<S: Geometry> NarrowPhase<S> {
     /// All contacts whose gap is at most the pair's margin, in order of (a, b, feature).
     pub fn update(&mut self, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64, out: &mut Vec<Touch<S>>) {
-        self.update_but(bodies, settings, dt, &mut |_, _, _| false, out);
+        self.update_but(bodies, settings, dt, &(), (out, &mut Vec::new()));
     }
 
-    /// The same, but for pairs whose contacts `known` appends itself; it is asked in order of (a, b).
+    /// The same, but for pairs whose contacts `known` appends itself; `again` gets these pairs, by their bodies' serials.
     pub fn update_but(
         &mut self,
         bodies: &Bodies<S>,
         settings: &Settings<S>,
         dt: f64,
-        known: &mut Known<'_, S>,
-        out: &mut Vec<Touch<S>>,
+        known: &dyn Known<S>,
+        (out, again): (&mut Vec<Touch<S>>, &mut Vec<(u64, u64)>),
     ) {
         out.clear();
+        again.clear();
         let (stands_as_before, sleeps_as_before) = self.prepare(bodies, settings, dt);
         let data = &bodies.data;
         let indices = &self.indices;
@@ -105,18 +144,25 @@ impl<S: Geometry> NarrowPhase<S> {
             let changed = Changed { others, asleep, stands_as_before: true, sleeps_as_before: true };
             pairs = self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair);
         }
-        for &(i, j) in pairs {
-            let (i, j) = (i as usize, j as usize);
-            let (a, b) = (indices[i], indices[j]);
-            if known(a, b, out) {
-                continue;
+        let (margins, poses) = (&self.margins, &self.poses);
+        let find = |_, pairs: &[(u32, u32)], found: &mut Findings<S>| {
+            found.place = None;
+            for &(i, j) in pairs {
+                let (i, j) = (i as usize, j as usize);
+                let (a, b) = (indices[i], indices[j]);
+                if known.append((a, b), found) {
+                    continue;
+                }
+                found.points.clear();
+                let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
+                S::contacts(ca, &poses[i], cb, &poses[j], margins[i] + margins[j], &mut found.points);
+                touches_of(bodies, settings, (a, b), &found.points, &mut found.touches);
             }
-            let margin = self.margins[i] + self.margins[j];
-            self.points.clear();
-            let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
-            S::contacts(ca, &self.poses[i], cb, &self.poses[j], margin, &mut self.points);
-            touches_of(bodies, settings, (a, b), &self.points, out);
-        }
+        };
+        self.workers.chunks(pairs, CHUNK, &mut self.findings, find, |found| {
+            take(&mut found.touches, out);
+            take(&mut found.known, again);
+        });
     }
 
     /// Bounds of all bodies with a shape, grown by half of each pair's margin; of those that stand or sleep only where they
@@ -136,7 +182,8 @@ impl<S: Geometry> NarrowPhase<S> {
         let (moving, asleep) = (std::mem::take(&mut self.moving), std::mem::take(&mut self.asleep));
         if stands {
             let slept = if sleeps { &[] } else { asleep.as_slice() };
-            moving.iter().chain(slept).for_each(|k| self.place(*k as usize, bodies, settings, dt));
+            self.place_some(&moving, bodies, settings, dt);
+            self.place_some(slept, bodies, settings, dt);
         } else {
             (0..self.indices.len()).for_each(|k| self.place(k, bodies, settings, dt));
         }
@@ -148,7 +195,7 @@ impl<S: Geometry> NarrowPhase<S> {
     fn part(&mut self, bodies: &Bodies<S>) {
         let places = |list: &[u32], to: &mut Vec<u32>| {
             to.clear();
-            to.extend(list.iter().map(|i| self.places[*i as usize]).filter(|k| *k != u32::MAX));
+            to.extend(list.iter().map(|i| self.place_of[*i as usize]).filter(|k| *k != u32::MAX));
         };
         places(bodies.movers(), &mut self.moving);
         places(bodies.asleep(), &mut self.asleep);
@@ -158,10 +205,10 @@ impl<S: Geometry> NarrowPhase<S> {
     fn make_room(&mut self, bodies: &Bodies<S>) {
         self.indices.clear();
         self.movable.clear();
-        self.places.clear();
-        self.places.resize(bodies.len(), u32::MAX);
+        self.place_of.clear();
+        self.place_of.resize(bodies.len(), u32::MAX);
         for (i, d) in bodies.data.iter().enumerate().filter(|(_, d)| d.collider.is_some()) {
-            self.places[i] = self.indices.len() as u32;
+            self.place_of[i] = self.indices.len() as u32;
             self.indices.push(i);
             self.movable.push(d.inverse_mass > 0.0);
         }
@@ -173,16 +220,52 @@ impl<S: Geometry> NarrowPhase<S> {
         }
     }
 
+    /// The same of some bodies.
+    fn place_some(&mut self, some: &[u32], bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) {
+        if self.workers.is_alone() || some.len() <= CHUNK {
+            return some.iter().for_each(|k| self.place(*k as usize, bodies, settings, dt));
+        }
+        let (workers, mut places) = (self.workers.clone(), std::mem::take(&mut self.places));
+        let (indices, mut all) = (std::mem::take(&mut self.indices), some.iter());
+        let find = |_, some: &[u32], places: &mut Vec<Place<S>>| {
+            let place = |k: &u32| place(indices[*k as usize], bodies, settings, dt);
+            places.extend(some.iter().filter_map(place));
+        };
+        workers.chunks(some, CHUNK, &mut places, find, |places| {
+            for (place, k) in places.drain(..).zip(&mut all) {
+                self.put(*k as usize, place);
+            }
+        });
+        (self.indices, self.places) = (indices, places);
+    }
+
     /// Box, pose, speed and margin of a body.
     fn place(&mut self, k: usize, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) {
-        let i = self.indices[k];
-        let Some(collider) = &bodies.data[i].collider else { return };
-        self.speeds[k] = speed(bodies, settings, i, dt);
-        self.own[k] = self.speeds[k];
-        self.margins[k] = reach(bodies, settings, i, dt, self.speeds[k]);
-        self.poses[k] = bodies.shape_pose(i);
-        self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
+        if let Some(place) = place(self.indices[k], bodies, settings, dt) {
+            self.put(k, place);
+        }
     }
+
+    fn put(&mut self, k: usize, place: Place<S>) {
+        (self.speeds[k], self.own[k]) = (place.speed, place.speed);
+        self.margins[k] = place.margin;
+        self.poses[k] = place.pose;
+        self.bounds[k] = place.bounds;
+    }
+}
+
+/// Box, pose, speed and margin of a body that has a shape.
+fn place<S: Geometry>(i: usize, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) -> Option<Place<S>> {
+    let collider = bodies.data[i].collider.as_ref()?;
+    let speed = speed(bodies, settings, i, dt);
+    let margin = reach(bodies, settings, i, dt, speed);
+    let pose = bodies.shape_pose(i);
+    Some(Place { bounds: S::bounds(collider, &pose, margin), pose, margin, speed })
+}
+
+/// Moves all items to the end of a list; of an empty list without a copy.
+fn take<T>(items: &mut Vec<T>, all: &mut Vec<T>) {
+    if all.is_empty() { std::mem::swap(items, all) } else { all.append(items) }
 }
 
 /// Appends the touches of a pair from its contact points.

@@ -4,6 +4,7 @@ mod checks;
 mod last;
 mod sleeping;
 mod standing;
+mod threads;
 
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
@@ -475,7 +476,8 @@ impl<S: Geometry> World<S> {
             out.extend_from_slice(applied);
             add_fields(fields, time, bodies, out)
         };
-        let outside = Outside { quiet, loads: &mut loads, watch, tape: self.tape.as_mut() };
+        let (tape, workers) = (self.tape.as_mut(), &self.narrow_phase.workers.clone());
+        let outside = Outside { quiet, loads: &mut loads, watch, tape, workers };
         let (bodies, settings, warm) = (&mut self.bodies, &self.settings, &mut self.warm);
         self.schemes.ran = settings.scheme;
         self.schemes.begin_accounts(bodies.len(), !self.groups.is_empty());

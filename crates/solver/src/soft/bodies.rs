@@ -1,8 +1,10 @@
 //! Bodies as the lanes see them: records of eight numbers, gathered eight at a time and turned. Record 0 is the
 //! obstacle at rest that empty lanes and walls point to: nothing moves it, so lanes may share it.
 
+use super::shared::Shared;
 use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
 use carom_math::{Several, Wide};
+use std::ops::Range;
 
 /// A body at the step's start.
 #[derive(Clone, Copy)]
@@ -76,12 +78,25 @@ pub struct Moved<S: Wide, L: Lanes> {
 }
 
 #[inline(always)]
-fn gather<L: Lanes>(lanes: L, records: &[Eight], ids: &[u32; WIDTH]) -> [Real<L>; WIDTH] {
+fn gather<L: Lanes>(lanes: L, record: impl Fn(usize) -> Eight, ids: &[u32; WIDTH]) -> [Real<L>; WIDTH] {
     let mut rows = [Real::all(lanes, 0.0); WIDTH];
     for k in 0..WIDTH {
-        rows[k] = Real::load(lanes, &records[ids[k] as usize]);
+        rows[k] = Real::load(lanes, &record(ids[k] as usize));
     }
     Real::turn(rows)
+}
+
+/// The records while workers share them.
+pub struct Table<'a, S: Wide> {
+    motion: Shared<'a, Eight>,
+    moved: Shared<'a, Eight>,
+    before: Shared<'a, Eight>,
+    inertia: &'a [Eight],
+    load: &'a [Eight],
+    start: &'a [Eight],
+    /// Records before this one are obstacles.
+    obstacles: u32,
+    space: std::marker::PhantomData<S>,
 }
 
 impl<S: Wide> Records<S> {
@@ -138,10 +153,26 @@ impl<S: Wide> Records<S> {
         (self.motion.len() - 1) as u32
     }
 
+    /// For workers to share; records before `obstacles` are those of obstacles.
+    pub fn table(&mut self, obstacles: u32) -> Table<'_, S> {
+        Table {
+            motion: Shared::new(&mut self.motion),
+            moved: Shared::new(&mut self.moved),
+            before: Shared::new(&mut self.before),
+            inertia: &self.inertia,
+            load: &self.load,
+            start: &self.start,
+            obstacles,
+            space: std::marker::PhantomData,
+        }
+    }
+}
+
+impl<S: Wide> Table<'_, S> {
     /// Means of the velocities at the step's start and now, of eight bodies.
     #[inline(always)]
     pub fn mean<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Eightfold<S, L> {
-        let start = gather(lanes, &self.start, ids);
+        let start = gather(lanes, |i| self.start[i], ids);
         let mut bodies = self.gather(lanes, ids);
         let half = Real::all(lanes, 0.5);
         let d = <S::Vectors<f32> as Several<f32>>::LEN;
@@ -157,7 +188,7 @@ impl<S: Wide> Records<S> {
     /// Velocities and inverse masses of eight bodies.
     #[inline(always)]
     pub fn gather<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Eightfold<S, L> {
-        let rows = gather(lanes, &self.motion, ids);
+        let rows = gather(lanes, |i| self.motion.get(i), ids);
         let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
         let mut velocity = S::Vectors::all(rows[0]);
         let mut spin = S::Spins::all(rows[0]);
@@ -174,7 +205,7 @@ impl<S: Wide> Records<S> {
                 inverse_inertia[k] = rows[d + a + 1 + k];
             }
         } else {
-            let inertia = gather(lanes, &self.inertia, ids);
+            let inertia = gather(lanes, |i| self.inertia[i], ids);
             for k in 0..n {
                 inverse_inertia[k] = inertia[k];
             }
@@ -182,23 +213,25 @@ impl<S: Wide> Records<S> {
         Eightfold { rows, velocity, spin, inverse_mass: rows[d + a], inverse_inertia }
     }
 
-    /// Writes velocities back.
+    /// Writes velocities back. Not those of obstacles, which impulses do not change and packs of a colour share.
     #[inline(always)]
-    pub fn scatter<L: Lanes>(&mut self, ids: &[u32; WIDTH], bodies: &Eightfold<S, L>) {
+    pub fn scatter<L: Lanes>(&self, ids: &[u32; WIDTH], bodies: &Eightfold<S, L>) {
         let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
         let mut rows = bodies.rows;
         rows[..d].copy_from_slice(bodies.velocity.slice());
         rows[d..d + a].copy_from_slice(bodies.spin.slice());
         let rows = Real::turn(rows);
         for k in 0..WIDTH {
-            self.motion[ids[k] as usize] = rows[k].store();
+            if ids[k] >= self.obstacles {
+                self.motion.set(ids[k] as usize, rows[k].store());
+            }
         }
     }
 
     /// How eight bodies moved since the step began.
     #[inline(always)]
     pub fn moved<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Moved<S, L> {
-        let rows = gather(lanes, &self.moved, ids);
+        let rows = gather(lanes, |i| self.moved.get(i), ids);
         let d = <S::Vectors<f32> as Several<f32>>::LEN;
         let mut by = S::Vectors::all(rows[0]);
         let mut turn = S::Turns::all(rows[0]);
@@ -211,12 +244,12 @@ impl<S: Wide> Records<S> {
         Moved { by, turn }
     }
 
-    /// Velocities after a substep's loads. From the second substep on also after its warm start: arms and inertias
+    /// Velocities of some records after a substep's loads. From the second substep on also after its warm start: arms and inertias
     /// stand still in a step, so what all contacts gave a body in the substep before is v - v_before - load.
-    pub fn accelerate(&mut self, substep: usize) {
+    pub fn accelerate(&self, records: Range<usize>, substep: usize) {
         let n = freedoms::<S>();
-        let records = self.motion.iter_mut().zip(&mut self.before).zip(&self.load);
-        for ((motion, before), load) in records {
+        for i in records {
+            let (mut motion, mut before, load) = (self.motion.get(i), self.before.get(i), &self.load[i]);
             for k in 0..n {
                 let v = motion.0[k];
                 // before the first substep `before` is the velocity without the warm start
@@ -225,13 +258,16 @@ impl<S: Wide> Records<S> {
                     before.0[k] = v;
                 }
             }
+            self.motion.set(i, motion);
+            self.before.set(i, before);
         }
     }
 
-    /// Poses after a substep of length `h` \[s\].
-    pub fn move_on(&mut self, h: f32) {
+    /// Poses of some records after a substep of length `h` \[s\].
+    pub fn move_on(&self, records: Range<usize>, h: f32) {
         let d = <S::Vectors<f32> as Several<f32>>::LEN;
-        for (motion, moved) in self.motion.iter().zip(&mut self.moved) {
+        for i in records {
+            let (motion, mut moved) = (self.motion.get(i), self.moved.get(i));
             let mut turn = S::no_turn();
             let mut angle = S::Spins::all(0.0);
             for k in 0..d {
@@ -245,6 +281,7 @@ impl<S: Wide> Records<S> {
             }
             let turn = S::turned_by(&turn, &angle);
             moved.0[d..d + turn.slice().len()].copy_from_slice(turn.slice());
+            self.moved.set(i, moved);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Work of a step's impulses, patch by patch. Arms and inertias stand still in a step, so the kick identity holds for the
 //! sum of all that a patch gave in it: dT = P.(u_0 + u_1)/2 with the local twists at the step's start and end.
 
-use super::bodies::Records;
+use super::bodies::Table;
 use super::pack::{Beside, Pack};
 use super::prepare::{Frame, lever};
 use carom_math::lanes::{Lanes, Real};
@@ -10,7 +10,7 @@ use carom_math::{Several, Wide};
 
 /// Books what a pack's impulses did.
 #[inline(always)]
-pub fn book<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, beside: &mut Beside<S>, records: &Records<S>) {
+pub fn book<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
     let frame = Frame::of(lanes, pack);
     let (a, b) = (records.mean(lanes, &pack.a), records.mean(lanes, &pack.b));
     let (normal, slip) = frame.twist(&a, &b);

@@ -50,6 +50,16 @@ impl Colours {
         self.list(pairs, &fixed, &counts);
     }
 
+    /// Whether patches of a list share obstacles at most.
+    pub fn are_apart(&self, pairs: &[(u32, u32)], fixed: impl Fn(u32) -> bool) -> bool {
+        let mut last = std::collections::HashMap::new();
+        self.starts.windows(2).enumerate().all(|(list, ends)| {
+            let bodies =
+                self.order[ends[0]..ends[1]].iter().map(|k| pairs[*k as usize]).flat_map(|(a, b)| [a, b]);
+            bodies.filter(|i| !fixed(*i)).all(|i| last.insert(i, list) != Some(list))
+        })
+    }
+
     /// Sorts patches by group and colour; of the hubs' every patch is a list.
     fn list(
         &mut self,

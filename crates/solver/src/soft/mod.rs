@@ -9,7 +9,9 @@ mod books;
 mod colours;
 mod pack;
 mod patch;
+mod plan;
 mod prepare;
+mod shared;
 mod solver;
 mod sweep;
 

@@ -2,7 +2,7 @@
 //! its bodies' momenta, the local inverse mass is L = U^T M^-1 U; a column of it is what a unit impulse does to the
 //! local twist. Points need u_i^T L u_j, friction its own block and the block that couples it to the normal group.
 
-use super::bodies::{Eightfold, Records};
+use super::bodies::{Eightfold, Table};
 use super::pack::{Beside, Masses, Pack};
 use carom_math::lanes::{Lanes, Real};
 use carom_math::wide::inner;
@@ -126,12 +126,7 @@ fn inverse<L: Lanes>(x: Real<L>) -> Real<L> {
 
 /// Effective masses of a pack, and its warm start.
 #[inline(always)]
-pub fn prepare<S: Wide, L: Lanes>(
-    lanes: L,
-    pack: &mut Pack<S>,
-    beside: &mut Beside<S>,
-    records: &mut Records<S>,
-) {
+pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
     let frame = Frame::of(lanes, pack);
     let (mut a, mut b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
     let (zero, one) = (Real::all(lanes, 0.0), Real::all(lanes, 1.0));
@@ -202,7 +197,7 @@ pub fn lever<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, i: usize) -> S::Vector
 
 /// Normal velocities at the step's start, before loads and warm starts: what restitution turns round.
 #[inline(always)]
-pub fn approach<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, beside: &mut Beside<S>, records: &Records<S>) {
+pub fn approach<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
     let frame = Frame::of(lanes, pack);
     let (a, b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
     let (normal, _) = frame.twist(&a, &b);

@@ -1,15 +1,19 @@
 //! The loop over substeps: loads and warm start, springs, poses, relaxing; then restitution.
 
-use super::bodies::{Records, SoftBody};
+use super::bodies::{Records, SoftBody, Table};
 use super::books::book;
 use super::colours::Colours;
 use super::pack::{Beside, Pack};
 use super::patch::{Patch, PatchResult};
+use super::plan::{Plan, Task};
 use super::prepare::{approach, prepare};
 use super::sweep::{Spring, Sweep, bounce, sweep};
 use carom_math::lanes::{Eight, Job, Lanes, WIDTH, dispatch};
-use carom_math::{Planar, Several, Spatial, Wide};
+use carom_math::workers::Turns;
+use carom_math::{Planar, Several, Spatial, Wide, Workers};
 use std::any::Any;
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// Choices of the soft solver.
 #[derive(Clone, Copy, Debug)]
@@ -35,8 +39,15 @@ pub struct SoftSolver<S: Wide> {
     pairs: Vec<(u32, u32)>,
     packs: Vec<Pack<S>>,
     beside: Vec<Beside<S>>,
+    /// Each pack's patches, as places in the colours' order.
+    members: Vec<Range<usize>>,
+    plan: Plan,
+    /// The patches while a step lasts.
+    patches: Vec<Patch<S>>,
     /// Packs up to here have obstacles in them.
     with_obstacles: usize,
+    /// Records before this one are obstacles.
+    obstacles: u32,
     /// Pack and lane of each patch.
     places: Vec<(u32, u8)>,
 }
@@ -49,7 +60,11 @@ impl<S: Wide> Default for SoftSolver<S> {
             pairs: Vec::new(),
             packs: Vec::new(),
             beside: Vec::new(),
+            members: Vec::new(),
+            plan: Plan::default(),
+            patches: Vec::new(),
             with_obstacles: 0,
+            obstacles: 1,
             places: Vec::new(),
         }
     }
@@ -68,24 +83,42 @@ pub struct Told {
     pub worst: Option<(u32, u32)>,
 }
 
-struct Steps<'a, S: Wide>(&'a mut SoftSolver<S>, SoftChoice);
+/// Packs of a chunk, what is beside them, and the place of the first.
+type Chunk<'a, S> = (usize, &'a mut [Pack<S>], &'a mut [Beside<S>]);
 
-impl<S: Wide> Job for Steps<'_, S> {
+/// A step while workers share it.
+struct Steps<'a, S: Wide> {
+    table: Table<'a, S>,
+    /// Records of all bodies.
+    records: usize,
+    chunks: Vec<Mutex<Chunk<'a, S>>>,
+    plan: &'a Plan,
+    members: &'a [Range<usize>],
+    order: &'a [u32],
+    patches: &'a [Patch<S>],
+    with_obstacles: usize,
+    choice: SoftChoice,
+}
+
+/// A worker's part of it.
+struct Part<'a, 'b, S: Wide>(&'a Steps<'b, S>, Turns<'a>);
+
+impl<S: Wide> Job for Part<'_, '_, S> {
     type Output = ();
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
-        self.0.run(lanes, &self.1);
+        self.0.run(lanes, self.1);
     }
 }
 
 #[inline(never)]
-fn steps_in_the_plane(solver: &mut SoftSolver<Planar>, choice: &SoftChoice) {
-    dispatch(Steps(solver, *choice));
+fn steps_in_the_plane(solver: &mut SoftSolver<Planar>, choice: &SoftChoice, workers: &Workers) {
+    solver.share(choice, workers, |part| dispatch(part));
 }
 
 #[inline(never)]
-fn steps_in_space(solver: &mut SoftSolver<Spatial>, choice: &SoftChoice) {
-    dispatch(Steps(solver, *choice));
+fn steps_in_space(solver: &mut SoftSolver<Spatial>, choice: &SoftChoice, workers: &Workers) {
+    solver.share(choice, workers, |part| dispatch(part));
 }
 
 impl<S: Wide> SoftSolver<S> {
@@ -99,78 +132,84 @@ impl<S: Wide> SoftSolver<S> {
         self.records.push(body)
     }
 
-    /// Takes all substeps with these patches; `fixed` tells which records are obstacles.
-    pub fn advance(&mut self, patches: &[Patch<S>], fixed: impl Fn(u32) -> bool, choice: &SoftChoice) {
-        self.pack(patches, fixed);
+    /// Takes all substeps with these patches; records before `obstacles` are those of obstacles.
+    pub fn advance(
+        &mut self,
+        patches: &mut Vec<Patch<S>>,
+        obstacles: u32,
+        choice: &SoftChoice,
+        workers: &Workers,
+    ) {
+        std::mem::swap(&mut self.patches, patches);
+        self.sort(obstacles, choice, workers);
         // found by type, so that the lanes of both spaces are compiled here, once, and not in every program above
         let either: &mut dyn Any = self;
         if let Some(planar) = either.downcast_mut() {
-            steps_in_the_plane(planar, choice);
+            steps_in_the_plane(planar, choice, workers);
         } else if let Some(spatial) = either.downcast_mut() {
-            steps_in_space(spatial, choice);
+            steps_in_space(spatial, choice, workers);
         }
+        std::mem::swap(&mut self.patches, patches);
     }
 
-    /// Sorts patches into packs by colour.
-    fn pack(&mut self, patches: &[Patch<S>], fixed: impl Fn(u32) -> bool) {
+    /// Sorts patches into packs by colour, and plans the step.
+    fn sort(&mut self, obstacles: u32, choice: &SoftChoice, workers: &Workers) {
+        let records = self.records.motion.len();
+        self.obstacles = obstacles;
         self.pairs.clear();
-        self.pairs.extend(patches.iter().map(|p| (p.a, p.b)));
-        self.colours.paint(self.records.motion.len(), &self.pairs, fixed);
-        self.packs.clear();
-        self.beside.clear();
+        self.pairs.extend(self.patches.iter().map(|p| (p.a, p.b)));
+        let fixed = |record: u32| record < obstacles;
+        self.colours.paint(records, &self.pairs, fixed);
+        debug_assert!(self.colours.are_apart(&self.pairs, fixed), "workers would share a body");
+        self.members.clear();
         self.places.clear();
-        self.places.resize(patches.len(), (0, 0));
-        let (pack, beside) = Pack::empty();
+        self.places.resize(self.patches.len(), (0, 0));
         for (list, ends) in self.colours.starts.windows(2).enumerate() {
             if list == self.colours.with_obstacles {
-                self.with_obstacles = self.packs.len();
+                self.with_obstacles = self.members.len();
             }
-            for eight in self.colours.order[ends[0]..ends[1]].chunks(WIDTH) {
-                let place = self.packs.len();
-                self.packs.push(pack);
-                self.beside.push(beside);
-                for (lane, &k) in eight.iter().enumerate() {
-                    self.packs[place].put(&mut self.beside[place], lane, &patches[k as usize]);
-                    self.places[k as usize] = (place as u32, lane as u8);
+            for first in (ends[0]..ends[1]).step_by(WIDTH) {
+                let eight = first..ends[1].min(first + WIDTH);
+                for (lane, &k) in self.colours.order[eight.clone()].iter().enumerate() {
+                    self.places[k as usize] = (self.members.len() as u32, lane as u8);
                 }
+                self.members.push(eight);
             }
         }
         if self.colours.with_obstacles + 1 == self.colours.starts.len() {
-            self.with_obstacles = self.packs.len();
+            self.with_obstacles = self.members.len();
         }
+        let (pack, beside) = Pack::empty();
+        self.packs.resize(self.members.len(), pack);
+        self.beside.resize(self.members.len(), beside);
+        let bounces = self.patches.iter().any(|p| p.restitution > 0.0);
+        let counts = (self.members.len(), records);
+        self.plan.make(&self.colours, counts, (bounces, choice.substeps), workers);
     }
 
-    #[inline(always)]
-    fn run<L: Lanes>(&mut self, lanes: L, choice: &SoftChoice) {
-        let spring = Spring::new(choice.hertz, choice.damping_ratio, choice.h, choice.push_speed);
-        let stiffer = Spring::new(2.0 * choice.hertz, choice.damping_ratio, choice.h, choice.push_speed);
-        let rigid = spring.relaxing();
-        let SoftSolver { records, packs, beside, with_obstacles, .. } = self;
-        for (pack, beside) in packs.iter().zip(&mut *beside).filter(|(_, b)| b.bounces) {
-            approach(lanes, pack, beside, records);
+    /// Shares the stages of a step among workers.
+    fn share(&mut self, choice: &SoftChoice, workers: &Workers, take: impl Fn(Part<'_, '_, S>) + Sync) {
+        let records = self.records.motion.len();
+        let (mut packs, mut besides) = (self.packs.as_mut_slice(), self.beside.as_mut_slice());
+        let mut chunks = Vec::with_capacity(self.plan.chunks.len());
+        for range in &self.plan.chunks {
+            let (these, beside);
+            (these, packs) = packs.split_at_mut(range.len());
+            (beside, besides) = besides.split_at_mut(range.len());
+            chunks.push(Mutex::new((range.start, these, beside)));
         }
-        for (pack, beside) in packs.iter_mut().zip(&mut *beside) {
-            prepare(lanes, pack, beside, records);
-        }
-        for substep in 0..choice.substeps {
-            records.accelerate(substep);
-            for (k, (pack, beside)) in packs.iter_mut().zip(&mut *beside).enumerate() {
-                let spring = if k < *with_obstacles { &stiffer } else { &spring };
-                sweep(lanes, pack, beside, records, spring, Sweep::Springs);
-            }
-            records.move_on(choice.h);
-            let last = substep + 1 == choice.substeps;
-            let kind = if last { Sweep::Last } else { Sweep::Relaxing };
-            for (pack, beside) in packs.iter_mut().zip(&mut *beside) {
-                sweep(lanes, pack, beside, records, &rigid, kind);
-            }
-        }
-        for (pack, beside) in packs.iter_mut().zip(&mut *beside).filter(|(_, b)| b.bounces) {
-            bounce(lanes, pack, beside, records, choice.rest_speed);
-        }
-        for (pack, beside) in packs.iter().zip(&mut *beside) {
-            book(lanes, pack, beside, records);
-        }
+        let steps = Steps {
+            table: self.records.table(self.obstacles),
+            records,
+            chunks,
+            plan: &self.plan,
+            members: &self.members,
+            order: &self.colours.order,
+            patches: &self.patches,
+            with_obstacles: self.with_obstacles,
+            choice: *choice,
+        };
+        workers.stages(&self.plan.counts, |turns| take(Part(&steps, turns)));
     }
 
     /// What the last step came to.
@@ -221,6 +260,85 @@ impl<S: Wide> SoftSolver<S> {
     }
 }
 
+impl<S: Wide> Steps<'_, S> {
+    /// Takes a worker's turns.
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, turns: Turns<'_>) {
+        let SoftChoice { hertz, damping_ratio, h, push_speed, rest_speed, .. } = self.choice;
+        let spring = Spring::new(hertz, damping_ratio, h, push_speed);
+        let stiffer = Spring::new(2.0 * hertz, damping_ratio, h, push_speed);
+        let rigid = spring.relaxing();
+        let table = &self.table;
+        for (stage, turn) in turns {
+            let (task, begun) = self.plan.stages[stage];
+            let size = self.plan.records;
+            let records = turn * size..self.records.min((turn + 1) * size);
+            match task {
+                Task::Accelerate(substep) => {
+                    table.accelerate(records, substep);
+                    continue;
+                }
+                Task::MoveOn => {
+                    table.move_on(records, h);
+                    continue;
+                }
+                _ => {}
+            }
+            let mut chunk = self.chunks[begun + turn].lock().unwrap_or_else(PoisonError::into_inner);
+            let (first, packs, besides) = &mut *chunk;
+            let packs = packs.iter_mut().zip(besides.iter_mut());
+            // loops and no closures: a closure that is not inlined has no registers
+            match task {
+                Task::Accelerate(_) | Task::MoveOn => {}
+                Task::Pack => self.pack(*first, packs),
+                Task::Approach => {
+                    for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
+                        approach(lanes, pack, beside, table);
+                    }
+                }
+                Task::Prepare => {
+                    for (pack, beside) in packs {
+                        prepare(lanes, pack, beside, table);
+                    }
+                }
+                Task::Sweep(Sweep::Springs) => {
+                    for (k, (pack, beside)) in packs.enumerate() {
+                        let spring = if *first + k < self.with_obstacles { &stiffer } else { &spring };
+                        sweep(lanes, pack, beside, table, spring, Sweep::Springs);
+                    }
+                }
+                Task::Sweep(kind) => {
+                    for (pack, beside) in packs {
+                        sweep(lanes, pack, beside, table, &rigid, kind);
+                    }
+                }
+                Task::Bounce => {
+                    for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
+                        bounce(lanes, pack, beside, table, rest_speed);
+                    }
+                }
+                Task::Book => {
+                    for (pack, beside) in packs {
+                        book(lanes, pack, beside, table);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Fills packs, the first of which is this one, with their patches.
+    #[inline(never)]
+    fn pack<'p>(&self, first: usize, packs: impl Iterator<Item = (&'p mut Pack<S>, &'p mut Beside<S>)>) {
+        let (empty, nothing) = Pack::empty();
+        for ((pack, beside), members) in packs.zip(&self.members[first..]) {
+            (*pack, *beside) = (empty, nothing);
+            for (lane, &k) in self.order[members.clone()].iter().enumerate() {
+                pack.put(beside, lane, &self.patches[k as usize]);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::patch::PatchPoint;
@@ -244,24 +362,27 @@ mod tests {
         }
     }
 
-    fn chain<S: Wide>(dice: &mut Dice) -> (SoftSolver<S>, Vec<Patch<S>>) {
+    fn chain<S: Wide>(dice: &mut Dice, bodies: u32) -> SoftSolver<S> {
         let mut solver = SoftSolver::default();
         solver.begin();
-        let mut patches = Vec::new();
-        for k in 0..40u32 {
+        for k in 0..bodies {
             let mut inverse_inertia = S::Inertias::all(0.0);
             for (k, x) in inverse_inertia.slice_mut().iter_mut().enumerate() {
                 *x = if k < 3 { 6.0 + dice.roll() } else { 0.3 * dice.roll() };
             }
+            // the first is an obstacle that moves
             let body = SoftBody {
                 velocity: dice.fill(1.0),
                 spin: dice.fill(1.0),
                 load: dice.fill(0.04),
                 spin_load: dice.fill(0.01),
-                inverse_mass: 1.0 + 0.5 * dice.roll(),
-                inverse_inertia,
+                inverse_mass: if k > 0 { 1.0 + 0.5 * dice.roll() } else { 0.0 },
+                inverse_inertia: if k > 0 { inverse_inertia } else { S::Inertias::all(0.0) },
             };
             let record = solver.add(&body);
+            if k == 0 {
+                continue;
+            }
             let mut normal: S::Vectors<f32> = dice.fill(1.0);
             let length = normal.slice().iter().map(|x| x * x).sum::<f32>().sqrt();
             for x in normal.slice_mut() {
@@ -277,9 +398,9 @@ mod tests {
                     impulse: 0.05 * dice.roll().abs(),
                 };
             }
-            patches.push(Patch {
+            solver.patches.push(Patch {
                 a: record,
-                b: record.saturating_sub(1 + k % 3),
+                b: if k % 10 == 0 { 1 } else { record.saturating_sub(1 + k % 3) },
                 normal,
                 arm_a: dice.fill(0.5),
                 arm_b: dice.fill(0.5),
@@ -292,7 +413,7 @@ mod tests {
                 rolling_moment: S::Slips::all(0.0),
             });
         }
-        (solver, patches)
+        solver
     }
 
     fn bits<S: Wide>(solver: &SoftSolver<S>) -> Vec<u32> {
@@ -301,7 +422,7 @@ mod tests {
         records.chain(works).flat_map(|r| r.0.map(f32::to_bits)).collect()
     }
 
-    fn every_processor_agrees<S: Wide>() {
+    fn every_processor_and_number_of_workers_agrees<S: Wide>() {
         let choice = SoftChoice {
             substeps: 4,
             h: 1.0 / 240.0,
@@ -310,29 +431,37 @@ mod tests {
             push_speed: 3.0,
             rest_speed: 0.1,
         };
-        let run = |portable: bool| {
-            let (mut solver, patches) = chain::<S>(&mut Dice(7));
-            solver.pack(&patches, |record| record == 0);
+        let run = |portable: bool, bodies: u32, threads: usize| {
+            let workers = Workers::new(threads).unwrap();
+            let mut solver = chain::<S>(&mut Dice(7), bodies);
+            solver.sort(2, &choice, &workers);
             if portable {
-                Portable.run(Steps(&mut solver, choice))
+                solver.share(&choice, &workers, |part| Portable.run(part));
             } else {
-                dispatch(Steps(&mut solver, choice))
+                solver.share(&choice, &workers, |part| dispatch(part));
             }
             solver
         };
-        let (one, other) = (run(true), run(false));
+        let (one, other) = (run(true, 40, 1), run(false, 40, 1));
         assert!(bits(&one) == bits(&other));
+        let alone = run(false, 3000, 1);
+        assert!(alone.plan.chunks.len() == 1);
+        for threads in [2, 3, 8, 32] {
+            let shared = run(threads == 8, 3000, threads);
+            assert!(shared.plan.counts.iter().any(|n| *n > 4));
+            assert!(bits(&shared) == bits(&alone), "{threads} workers");
+        }
         assert!(one.told().changed > 0.0 && one.told().changed.is_finite());
         assert!(one.told().rubbing_work < 0.0);
     }
 
     #[test]
-    fn every_processor_gives_the_same_bits_in_the_plane() {
-        every_processor_agrees::<Planar>();
+    fn every_processor_and_number_of_workers_gives_the_same_bits_in_the_plane() {
+        every_processor_and_number_of_workers_agrees::<Planar>();
     }
 
     #[test]
-    fn every_processor_gives_the_same_bits_in_space() {
-        every_processor_agrees::<Spatial>();
+    fn every_processor_and_number_of_workers_gives_the_same_bits_in_space() {
+        every_processor_and_number_of_workers_agrees::<Spatial>();
     }
 }

@@ -4,7 +4,7 @@
 //! g <- P(g - v_t / lambda_max), P the projection on the disc mu sum lambda, whose fixed point is Coulomb's law in the
 //! true direction of slip. Relaxing sweeps have no springs: they take back the velocity that the springs pushed with.
 
-use super::bodies::{Eightfold, Records};
+use super::bodies::{Eightfold, Table};
 use super::pack::{Beside, Masses, Pack};
 use super::prepare::{Frame, lever};
 use carom_math::lanes::{Lanes, Real};
@@ -58,7 +58,7 @@ fn gaps<S: Wide, L: Lanes>(
     lanes: L,
     pack: &Pack<S>,
     frame: &Frame<S, L>,
-    records: &Records<S>,
+    records: &Table<S>,
 ) -> S::Points<Real<L>> {
     let (a, b) = (records.moved(lanes, &pack.a), records.moved(lanes, &pack.b));
     let (lean_a, lean_b) = (S::wide_lean(&a.turn, &frame.normal), S::wide_lean(&b.turn, &frame.normal));
@@ -146,7 +146,7 @@ pub fn sweep<S: Wide, L: Lanes>(
     lanes: L,
     pack: &mut Pack<S>,
     beside: &mut Beside<S>,
-    records: &mut Records<S>,
+    records: &Table<S>,
     spring: &Spring,
     kind: Sweep,
 ) {
@@ -275,7 +275,7 @@ pub fn bounce<S: Wide, L: Lanes>(
     lanes: L,
     pack: &mut Pack<S>,
     beside: &mut Beside<S>,
-    records: &mut Records<S>,
+    records: &Table<S>,
     rest_speed: f32,
 ) {
     let points = <S::Points<f32> as Several<f32>>::LEN;

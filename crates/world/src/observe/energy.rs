@@ -2,8 +2,12 @@
 
 use crate::bodies::Bodies;
 use carom_geometry::Geometry;
-use carom_math::{Column, Space};
+use carom_math::workers::Memory;
+use carom_math::{Column, Space, Workers};
 use serde::{Deserialize, Serialize};
+
+/// Bodies whose terms a worker finds at a time.
+const CHUNK: usize = 512;
 
 /// Energy in its parts \[J\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -31,14 +35,48 @@ impl Energy {
     pub fn of_some<S: Geometry>(bodies: &Bodies<S>, some: &[usize], gravity: S::Vector) -> Self {
         Energy::sum(bodies, some.iter().copied(), gravity)
     }
-    fn sum<S: Geometry>(bodies: &Bodies<S>, some: impl Iterator<Item = usize>, gravity: S::Vector) -> Self {
+    /// The sum over all, its terms found by several workers and added in the same order.
+    pub(crate) fn shared<S: Geometry>(
+        bodies: &Bodies<S>,
+        gravity: S::Vector,
+        workers: &Workers,
+        (all, terms): &mut (Vec<usize>, Memory<Vec<Energy>>),
+    ) -> Self {
+        if workers.is_alone() {
+            return Energy::of(bodies, gravity);
+        }
+        let moment = bodies.asleep_moment();
+        all.clear();
+        match moment {
+            None => all.extend(bodies.dynamic()),
+            Some(_) => all.extend(bodies.awake()),
+        }
         let mut e = Energy::default();
-        for i in some {
-            e.translational += bodies.translational_energy(i);
-            e.rotational += bodies.rotational_energy(i);
-            e.potential -= bodies.data[i].mass_properties.mass * gravity.dot(bodies.motion.position[i]);
+        let find = |_, some: &[usize], out: &mut Vec<Energy>| {
+            out.extend(some.iter().map(|i| Energy::of_body(bodies, *i, gravity)));
+        };
+        workers.chunks(all, CHUNK, terms, find, |found| found.drain(..).for_each(|term| e.add(term)));
+        if let Some(moment) = moment {
+            e.potential -= gravity.dot(moment);
         }
         e
+    }
+    fn sum<S: Geometry>(bodies: &Bodies<S>, some: impl Iterator<Item = usize>, gravity: S::Vector) -> Self {
+        let mut e = Energy::default();
+        some.for_each(|i| e.add(Energy::of_body(bodies, i, gravity)));
+        e
+    }
+    fn of_body<S: Geometry>(bodies: &Bodies<S>, i: usize, gravity: S::Vector) -> Self {
+        Energy {
+            translational: bodies.translational_energy(i),
+            rotational: bodies.rotational_energy(i),
+            potential: -(bodies.data[i].mass_properties.mass * gravity.dot(bodies.motion.position[i])),
+        }
+    }
+    fn add(&mut self, other: Energy) {
+        self.translational += other.translational;
+        self.rotational += other.rotational;
+        self.potential += other.potential;
     }
     /// Kinetic energy \[J\].
     pub fn kinetic(&self) -> f64 {

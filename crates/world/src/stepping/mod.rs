@@ -14,7 +14,7 @@ use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
 use crate::stepping::events::tape::Tape;
 use carom_geometry::Geometry;
-use carom_math::Column;
+use carom_math::{Column, Workers};
 use carom_solver::methods::ladder::Ladder;
 use carom_solver::{ImpulseSolver, SolverKind, Watch};
 
@@ -53,6 +53,8 @@ pub struct Outside<'a, 'l, 'w, S: Geometry> {
     pub watch: &'a mut Watch<'w>,
     /// Told of what is done, by a scheme that can.
     pub tape: Option<&'a mut Tape<S>>,
+    /// Who shares the work.
+    pub workers: &'a Workers,
 }
 
 /// Exact decay of the velocities of damped bodies over a time, booked.

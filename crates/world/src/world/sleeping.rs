@@ -5,12 +5,11 @@
 use super::World;
 use super::standing::Written;
 use crate::force::Wrench;
-use crate::narrow_phase::Touch;
 use crate::observe::accounts::{Mark, Motive};
 use crate::observe::ledger::Ledger;
 use crate::settings::Scheme;
 use crate::sleep::{Asleep, Still};
-use crate::stepping::soft_step::PatchForce;
+use crate::stepping::soft_step::{Again, PatchForce};
 use carom_geometry::Geometry;
 use carom_solver::Twist;
 use std::sync::Arc;
@@ -118,9 +117,9 @@ impl<S: Geometry> World<S> {
         loop {
             let (scheme, bodies, settings) = (&mut self.schemes.soft_step, &self.bodies, &self.settings);
             let before = if self.woken.is_empty() { &self.checkpoint.1.patches } else { &self.woken };
-            let mut again = scheme.again(bodies, settings, before);
-            let mut known = |a: usize, b: usize, out: &mut Vec<Touch<S>>| again.append(a, b, out);
-            self.narrow_phase.update_but(bodies, settings, dt, &mut known, &mut self.touches);
+            let known = Again { bodies, settings, before };
+            let out = (&mut self.touches, &mut scheme.again);
+            self.narrow_phase.update_but(bodies, settings, dt, &known, out);
             if self.bodies.asleep().is_empty() {
                 return;
             }

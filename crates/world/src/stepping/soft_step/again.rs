@@ -4,10 +4,9 @@
 //! are found anew at every step jump between corners that lie on each other, and lose their forces when they do.
 //! Only faces on faces: what rolls needs its points anew.
 
-use super::SoftStep;
 use super::memory::{PatchForce, Walk};
 use crate::bodies::Bodies;
-use crate::narrow_phase::{Touch, touches_of};
+use crate::narrow_phase::{Findings, Known, touches_of};
 use crate::settings::Settings;
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::{Column, Rotation};
@@ -16,35 +15,24 @@ use carom_math::{Column, Rotation};
 /// looked for at least as far.
 pub const AGAIN: f64 = 0.01;
 
-/// Appends known contacts.
+/// Knows the contacts of the step before that stand.
 pub struct Again<'a, S: Geometry> {
-    bodies: &'a Bodies<S>,
-    settings: &'a Settings<S>,
-    walk: Walk<'a>,
-    /// Pairs that were known.
-    found: &'a mut Vec<(u64, u64)>,
-    points: Vec<ContactPoint<S>>,
+    /// The bodies now.
+    pub bodies: &'a Bodies<S>,
+    /// What the world is told.
+    pub settings: &'a Settings<S>,
+    /// The patches of the step before.
+    pub before: &'a [PatchForce],
 }
 
-impl<S: Geometry> SoftStep<S> {
-    /// Begins a step's search, with the patches of the step before.
-    pub(crate) fn again<'a>(
-        &'a mut self,
-        bodies: &'a Bodies<S>,
-        settings: &'a Settings<S>,
-        before: &'a [PatchForce],
-    ) -> Again<'a, S> {
-        self.again.clear();
-        Again { bodies, settings, walk: Walk::new(before), found: &mut self.again, points: Vec::new() }
-    }
-}
-
-impl<S: Geometry> Again<'_, S> {
-    /// Appends the contacts of bodies a and b if they are known.
-    pub(crate) fn append(&mut self, a: usize, b: usize, out: &mut Vec<Touch<S>>) -> bool {
+impl<S: Geometry> Known<S> for Again<'_, S> {
+    fn append(&self, (a, b): (usize, usize), out: &mut Findings<S>) -> bool {
         let data = &self.bodies.data;
         let pair = (data[a].serial, data[b].serial);
-        let [patch] = self.walk.of(pair) else { return false };
+        let mut walk = Walk::from(self.before, out.place, pair);
+        let known = walk.of(pair);
+        out.place = Some(walk.place());
+        let [patch] = known else { return false };
         if patch.count < S::DIM {
             return false;
         }
@@ -57,23 +45,25 @@ impl<S: Geometry> Again<'_, S> {
             return false;
         }
         let normal = column::<S::Vector>(&patch.seen.normal);
-        self.points.clear();
+        out.points.clear();
         for i in 0..patch.count {
             let point = column::<S::Vector>(&patch.seen.points[i]);
             let (by_a, by_b) = (moved_a.of(point), moved_b.of(point));
             let gap = patch.seen.gaps[i] + normal.dot(by_a - by_b);
             let point = point + (by_a + by_b) * 0.5;
-            self.points.push(ContactPoint { point, normal, gap, feature: 0, curvature: 0.0 });
+            out.points.push(ContactPoint { point, normal, gap, feature: 0, curvature: 0.0 });
         }
-        let first = out.len();
-        touches_of(self.bodies, self.settings, (a, b), &self.points, out);
-        for (touch, id) in out[first..].iter_mut().zip(&patch.ids) {
+        let first = out.touches.len();
+        touches_of(self.bodies, self.settings, (a, b), &out.points, &mut out.touches);
+        for (touch, id) in out.touches[first..].iter_mut().zip(&patch.ids) {
             touch.id = *id;
         }
-        self.found.push(pair);
+        out.known.push(pair);
         true
     }
+}
 
+impl<S: Geometry> Again<'_, S> {
     /// How a body moved since its pair was looked at.
     fn motion(&self, i: usize, patch: &PatchForce, which: usize) -> Moved<S> {
         let from = column::<S::Vector>(&patch.seen.places[which]);

@@ -50,6 +50,15 @@ impl<'a> Walk<'a> {
     pub fn new(forces: &'a [PatchForce]) -> Self {
         Walk { forces, next: 0 }
     }
+    /// From a place, or from where a pair may first be.
+    pub fn from(forces: &'a [PatchForce], place: Option<usize>, pair: (u64, u64)) -> Self {
+        let next = place.unwrap_or_else(|| forces.partition_point(|f| f.pair < pair));
+        Walk { forces, next }
+    }
+    /// Where it stands.
+    pub fn place(&self) -> usize {
+        self.next
+    }
     /// The patches that a pair had.
     pub fn of(&mut self, pair: (u64, u64)) -> &'a [PatchForce] {
         while self.forces.get(self.next).is_some_and(|f| f.pair < pair) {

@@ -10,7 +10,7 @@ mod motion;
 mod patches;
 mod problem;
 
-pub use again::AGAIN;
+pub use again::{AGAIN, Again};
 pub use memory::PatchForce;
 
 use crate::bodies::Bodies;
@@ -28,9 +28,11 @@ use crate::settings::{OnInaccurate, Settings};
 use crate::stepping::{Outside, SchemeReport, damp};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
-use carom_math::{Column, Inertia};
-use carom_solver::soft::{Patch, SoftChoice, SoftSolver, Told};
+use carom_math::workers::Memory;
+use carom_math::{Column, Inertia, Pose, Workers};
+use carom_solver::soft::{Patch, SoftBody, SoftChoice, SoftSolver, Told};
 use carom_solver::{Stop, Twist};
+use patches::Division;
 use problem::Rigid;
 
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
@@ -39,19 +41,27 @@ pub struct SoftStep<S: Geometry> {
     patches: Vec<Patch<S>>,
     /// Touches of each patch's points; `u32::MAX` for points it has not.
     members: Vec<S::Points<u32>>,
+    /// How many patches of its pair come before each.
+    ranks: Vec<u32>,
+    divisions: Memory<Division<S>>,
     /// Record of each body: 0 for obstacles at rest, `u32::MAX` for bodies that touch nothing. Those of fixed bodies may be
     /// of an earlier step.
     record_of: Vec<u32>,
     /// Body of each record.
     body_of: Vec<u32>,
-    /// Records that impulses do not move.
-    fixed: Vec<bool>,
+    /// Records before this one are those of obstacles: impulses do not move them.
+    obstacles: u32,
     /// Pairs whose contacts of an earlier step are used again, ascending by their bodies' serials.
-    again: Vec<(u64, u64)>,
+    pub(crate) again: Vec<(u64, u64)>,
     /// Velocities at the step's start, turning as free motion does in the mean.
     start: Vec<Twist<S>>,
     /// What free rotation adds to the spin at the step's end.
     after: Vec<S::Spin>,
+    /// Room for what workers find: the bodies' records, their velocities after the step's impulses, poses at its end, energies.
+    records: Vec<SoftBody<S>>,
+    kicked: Vec<Twist<S>>,
+    ends: Vec<Pose<S>>,
+    energies: (Vec<usize>, Memory<Vec<Energy>>),
     /// For which standing bodies, and which sleeping ones, the columns over all bodies hold what does not change.
     made_for: Option<(u64, u64)>,
     /// The loads are zeros.
@@ -76,12 +86,18 @@ impl<S: Geometry> Default for SoftStep<S> {
             solver: SoftSolver::default(),
             patches: Vec::new(),
             members: Vec::new(),
+            ranks: Vec::new(),
+            divisions: Memory::default(),
             record_of: Vec::new(),
             body_of: Vec::new(),
-            fixed: Vec::new(),
+            obstacles: 0,
             again: Vec::new(),
             start: Vec::new(),
             after: Vec::new(),
+            records: Vec::new(),
+            kicked: Vec::new(),
+            ends: Vec::new(),
+            energies: Default::default(),
             made_for: None,
             quiet: false,
             loads: Vec::new(),
@@ -110,6 +126,7 @@ impl<S: Geometry> SoftStep<S> {
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
         refuse(bodies, touches, step.time)?;
+        let workers = outside.workers;
         let mut report = SchemeReport::default();
         self.make_room(bodies);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
@@ -117,17 +134,16 @@ impl<S: Geometry> SoftStep<S> {
         self.turn_freely(bodies, settings, step, &mut report.ledger);
         let choice = choice(settings, step);
         self.rigid.begin(bodies, step);
-        self.gather(bodies, touches, step, &choice);
-        self.patch(bodies, touches, before, &choice);
-        let fixed = &self.fixed;
-        self.solver.advance(&self.patches, |record| fixed[record as usize], &choice);
+        self.gather(bodies, touches, step, &choice, workers);
+        self.patch(bodies, touches, before, &choice, workers);
+        self.solver.advance(&mut self.patches, self.obstacles, &choice, workers);
         let told = self.solver.told();
         report.contact_solve = self.solved(step, &told);
         self.judge(&report.contact_solve, settings, step.time)?;
         report.ledger.contact_normal += told.pressing_work;
         report.ledger.friction += told.rubbing_work;
-        self.kick(bodies, touches, step, &mut report.ledger);
-        self.move_on(bodies, step, &mut report.ledger);
+        self.kick(bodies, touches, step, &mut report.ledger, workers);
+        self.move_on(bodies, step, &mut report.ledger, workers);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         self.remember(bodies, (touches, before), warm, &choice);
         Ok(report)
@@ -224,13 +240,28 @@ impl<S: Geometry> SoftStep<S> {
 
     /// Velocities after all impulses of the step, at the places where it began; every joule booked by the kick identity,
     /// the contacts' own by the solver.
-    fn kick(&mut self, bodies: &mut Bodies<S>, touches: &[Touch<S>], step: &Step<S>, ledger: &mut Ledger) {
-        for k in 0..bodies.movers().len() {
+    fn kick(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        touches: &[Touch<S>],
+        step: &Step<S>,
+        ledger: &mut Ledger,
+        workers: &Workers,
+    ) {
+        let mut kicked = std::mem::take(&mut self.kicked);
+        kicked.resize(bodies.movers().len(), Twist::default());
+        workers.each(&mut kicked, motion::BODIES, |first, kicked| {
+            for (to, i) in kicked.iter_mut().zip(&bodies.movers()[first..]) {
+                if bodies.is_dynamic(*i as usize) {
+                    *to = self.kicked(bodies, *i as usize, step);
+                }
+            }
+        });
+        for (k, after) in kicked.iter().enumerate() {
             let i = bodies.movers()[k] as usize;
             if !bodies.is_dynamic(i) {
                 continue;
             }
-            let after = self.kicked(bodies, i, step);
             let before = &self.start[i];
             let mean = (before.linear + after.linear) * (0.5 * step.dt);
             let turn = (before.angular + after.angular) * (0.5 * step.dt);
@@ -239,8 +270,9 @@ impl<S: Geometry> SoftStep<S> {
             if bodies.data[i].inverse_inertia != S::Inertia::ZERO {
                 ledger.applied += self.loads[i].torque.dot(turn);
             }
-            bodies.motion.set_twist(i, &after);
+            bodies.motion.set_twist(i, after);
         }
+        self.kicked = kicked;
         ledger.driven += self.driven(bodies, touches);
         if self.accounts.are_kept() {
             let after: Vec<Twist<S>> = (0..bodies.len()).map(|i| bodies.motion.twist(i)).collect();
@@ -328,11 +360,11 @@ fn refuse<S: Geometry>(bodies: &Bodies<S>, touches: &[Touch<S>], time: f64) -> R
 
 impl<S: Geometry> SoftStep<S> {
     /// Moves the poses by what the lanes moved them, and books what that did to the energy.
-    fn move_on(&mut self, bodies: &mut Bodies<S>, step: &Step<S>, ledger: &mut Ledger) {
-        let before = Energy::of(bodies, step.gravity);
+    fn move_on(&mut self, bodies: &mut Bodies<S>, step: &Step<S>, ledger: &mut Ledger, workers: &Workers) {
+        let before = Energy::shared(bodies, step.gravity, workers, &mut self.energies);
         let marks = self.accounts.marks(bodies, step.gravity);
-        self.displace(bodies, step);
-        let after = Energy::of(bodies, step.gravity);
+        self.displace(bodies, step, workers);
+        let after = Energy::shared(bodies, step.gravity, workers, &mut self.energies);
         ledger.integrator += after.total() - before.total() + ledger.gravity;
         self.accounts.moved(&marks, bodies, step.gravity, crate::observe::accounts::Motive::Integrator);
         for account in &mut self.accounts.of_bodies {

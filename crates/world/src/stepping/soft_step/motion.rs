@@ -11,12 +11,15 @@ use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
 use crate::settings::Settings;
 use carom_geometry::Geometry;
-use carom_math::{Column, Inertia, Rotation, Several};
+use carom_math::{Column, Inertia, Pose, Rotation, Several, Workers};
 use carom_solver::Twist;
 use carom_solver::soft::{SoftBody, SoftChoice};
 
 /// Not in any record.
 pub(super) const NONE: u32 = u32::MAX;
+
+/// Bodies that a worker takes at a time.
+pub(super) const BODIES: usize = 256;
 
 /// A column in f32.
 pub(super) fn narrow<C: Column, A: Several<f32>>(column: C) -> A {
@@ -71,6 +74,7 @@ impl<S: Geometry> SoftStep<S> {
         touches: &[Touch<S>],
         step: &Step<S>,
         choice: &SoftChoice,
+        workers: &Workers,
     ) {
         self.solver.begin();
         for i in bodies.movers() {
@@ -78,8 +82,7 @@ impl<S: Geometry> SoftStep<S> {
         }
         self.body_of.clear();
         self.body_of.push(NONE);
-        self.fixed.clear();
-        self.fixed.push(true);
+        self.obstacles = 1;
         // one record serves all obstacles at rest; its name in reports is the last one's
         let mut resting = None;
         for t in touches {
@@ -91,30 +94,56 @@ impl<S: Geometry> SoftStep<S> {
             }
         }
         self.body_of[0] = resting.unwrap_or(NONE);
-        let h = step.dt / choice.substeps as f64;
-        for i in bodies.movers().iter().map(|i| *i as usize) {
+        let movers = |dynamic: bool| {
+            let movers = bodies.movers().iter().map(|i| *i as usize);
+            movers.filter(move |i| bodies.is_dynamic(*i) == dynamic)
+        };
+        // obstacles first: their records are not written
+        for i in movers(false).chain(movers(true)) {
             let dynamic = bodies.is_dynamic(i);
             if self.record_of[i] == NONE || (!dynamic && self.start[i] == Twist::default()) {
                 continue;
             }
-            let inverse = bodies.inverse_mass(i);
-            let wrench = &self.loads[i];
-            let (mut load, mut spin_load) = (S::Vector::ZERO, S::Spin::ZERO);
-            if dynamic {
-                load = (step.gravity + wrench.force * inverse.linear) * h;
-                spin_load = inverse.angular.apply(wrench.torque) * h;
-            }
-            let body = SoftBody {
-                velocity: narrow(self.start[i].linear),
-                spin: narrow(self.start[i].angular),
-                load: narrow(load),
-                spin_load: narrow(spin_load),
-                inverse_mass: inverse.linear as f32,
-                inverse_inertia: entries::<S>(&inverse.angular),
-            };
-            self.record_of[i] = self.solver.add(&body);
+            self.record_of[i] = self.body_of.len() as u32;
             self.body_of.push(i as u32);
-            self.fixed.push(!dynamic);
+            if !dynamic {
+                self.obstacles = self.body_of.len() as u32;
+            }
+        }
+        let h = step.dt / choice.substeps as f64;
+        let mut records = std::mem::take(&mut self.records);
+        let record = |i: u32| self.record(bodies, i as usize, step, h);
+        match self.body_of.get(1) {
+            Some(i) => records.resize(self.body_of.len() - 1, record(*i)),
+            None => records.clear(),
+        }
+        workers.each(&mut records, BODIES, |first, records| {
+            for (to, i) in records.iter_mut().zip(&self.body_of[first + 1..]) {
+                *to = record(*i);
+            }
+        });
+        for record in &records {
+            self.solver.add(record);
+        }
+        self.records = records;
+    }
+
+    /// A body as the lanes see it, with its loads over a substep of length `h`.
+    fn record(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>, h: f64) -> SoftBody<S> {
+        let inverse = bodies.inverse_mass(i);
+        let wrench = &self.loads[i];
+        let (mut load, mut spin_load) = (S::Vector::ZERO, S::Spin::ZERO);
+        if bodies.is_dynamic(i) {
+            load = (step.gravity + wrench.force * inverse.linear) * h;
+            spin_load = inverse.angular.apply(wrench.torque) * h;
+        }
+        SoftBody {
+            velocity: narrow(self.start[i].linear),
+            spin: narrow(self.start[i].angular),
+            load: narrow(load),
+            spin_load: narrow(spin_load),
+            inverse_mass: inverse.linear as f32,
+            inverse_inertia: entries::<S>(&inverse.angular),
         }
     }
 
@@ -138,32 +167,46 @@ impl<S: Geometry> SoftStep<S> {
     }
 
     /// Moves all poses to the step's end.
-    pub(super) fn displace(&self, bodies: &mut Bodies<S>, step: &Step<S>) {
-        for k in 0..bodies.movers().len() {
-            let i = bodies.movers()[k] as usize;
-            let (start, end) = (self.start[i], bodies.motion.twist(i));
-            let record = self.record_of[i];
-            if record == NONE || record == 0 || self.fixed[record as usize] {
-                // free flight, and obstacles: the mean velocity is exact
-                bodies.motion.position[i] += (start.linear + end.linear) * (0.5 * step.dt);
-                let angle = (start.angular + end.angular) * (0.5 * step.dt);
-                if angle != S::Spin::ZERO {
-                    bodies.motion.rotation[i] = bodies.motion.rotation[i].then(&S::Rotation::about(angle));
-                }
-            } else {
-                let (by, turn) = self.solver.moved(record);
-                let rest = S::Vector::from_fn(|k| start.linear[k] - f64::from(start.linear[k] as f32));
-                bodies.motion.position[i] += widen::<S::Vector, _>(&by) + rest * step.dt;
-                let mut numbers = [0.0; 4];
-                for (to, x) in numbers.iter_mut().zip(turn.slice()) {
-                    *to = f64::from(*x);
-                }
-                let turn = S::Rotation::from_slice(&numbers[..S::Rotation::LEN]);
-                let rotation = bodies.motion.rotation[i];
-                bodies.motion.rotation[i] = turn.map_or(rotation, |turn| rotation.then(&turn));
+    pub(super) fn displace(&mut self, bodies: &mut Bodies<S>, step: &Step<S>, workers: &Workers) {
+        let mut ends = std::mem::take(&mut self.ends);
+        ends.resize(bodies.movers().len(), Pose::default());
+        workers.each(&mut ends, BODIES, |first, ends| {
+            for (to, i) in ends.iter_mut().zip(&bodies.movers()[first..]) {
+                *to = self.end(bodies, *i as usize, step);
             }
+        });
+        for (k, end) in ends.iter().enumerate() {
+            let i = bodies.movers()[k] as usize;
+            (bodies.motion.position[i], bodies.motion.rotation[i]) = (end.position, end.rotation);
             bodies.motion.angular_velocity[i] += self.after[i];
         }
+        self.ends = ends;
+    }
+
+    /// Pose of a body at the step's end.
+    fn end(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>) -> Pose<S> {
+        let (start, end) = (self.start[i], bodies.motion.twist(i));
+        let Pose { mut position, mut rotation } = bodies.motion.pose(i);
+        let record = self.record_of[i];
+        if record == NONE || record < self.obstacles {
+            // free flight, and obstacles: the mean velocity is exact
+            position += (start.linear + end.linear) * (0.5 * step.dt);
+            let angle = (start.angular + end.angular) * (0.5 * step.dt);
+            if angle != S::Spin::ZERO {
+                rotation = rotation.then(&S::Rotation::about(angle));
+            }
+        } else {
+            let (by, turn) = self.solver.moved(record);
+            let rest = S::Vector::from_fn(|k| start.linear[k] - f64::from(start.linear[k] as f32));
+            position += widen::<S::Vector, _>(&by) + rest * step.dt;
+            let mut numbers = [0.0; 4];
+            for (to, x) in numbers.iter_mut().zip(turn.slice()) {
+                *to = f64::from(*x);
+            }
+            let turn = S::Rotation::from_slice(&numbers[..S::Rotation::LEN]);
+            rotation = turn.map_or(rotation, |turn| rotation.then(&turn));
+        }
+        Pose { position, rotation }
     }
 }
 

@@ -8,11 +8,15 @@ use crate::bodies::Bodies;
 use crate::narrow_phase::Touch;
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
-use carom_math::{Column, Rotation, Several};
+use carom_math::{Column, Rotation, Several, Workers};
 use carom_solver::soft::{Patch, PatchPoint, SoftChoice};
 
 /// Normals whose cosine is above this are one: a milliradian apart.
 const ONE_NORMAL: f64 = 1.0 - 5e-7;
+
+/// Touches and patches that a worker takes at a time.
+const TOUCHES: usize = 1024;
+const PATCHES: usize = 256;
 
 /// Points that a patch has.
 pub(super) fn count<S: Geometry>(members: &S::Points<u32>) -> usize {
@@ -27,57 +31,38 @@ impl<S: Geometry> SoftStep<S> {
         touches: &[Touch<S>],
         before: &[PatchForce],
         choice: &SoftChoice,
+        workers: &Workers,
     ) {
-        self.patches.clear();
         self.members.clear();
-        let mut walk = Walk::new(before);
-        let mut first = 0;
-        while first < touches.len() {
-            let pair = (touches[first].a, touches[first].b);
-            let end = first + touches[first..].iter().take_while(|t| (t.a, t.b) == pair).count();
-            let before = walk.of((bodies.data[pair.0].serial, bodies.data[pair.1].serial));
-            self.patch_pair(bodies, touches, first..end, before, choice);
-            first = end;
+        self.ranks.clear();
+        let divide = |first, some: &[Touch<S>], out: &mut Division<S>| {
+            divide(touches, first..first + some.len(), out);
+        };
+        workers.chunks(touches, TOUCHES, &mut self.divisions, divide, |out| {
+            self.members.append(&mut out.members);
+            self.ranks.append(&mut out.ranks);
+        });
+        let mut patches = std::mem::take(&mut self.patches);
+        match self.members.first() {
+            Some(members) => patches.resize(self.members.len(), self.fresh(bodies, touches, members)),
+            None => patches.clear(),
         }
-    }
-
-    /// Divides a pair's touches by normals.
-    fn patch_pair(
-        &mut self,
-        bodies: &Bodies<S>,
-        touches: &[Touch<S>],
-        range: std::ops::Range<usize>,
-        before: &[PatchForce],
-        choice: &SoftChoice,
-    ) {
-        let begun = self.members.len();
-        for k in range {
-            let fits = |m: &S::Points<u32>| {
-                let first = &touches[m[0] as usize];
-                count::<S>(m) < m.slice().len() && first.normal.dot(touches[k].normal) > ONE_NORMAL
-            };
-            match self.members[begun..].iter_mut().find(|m| fits(m)) {
-                Some(members) => {
-                    let place = count::<S>(members);
-                    members[place] = k as u32;
+        workers.each(&mut patches, PATCHES, |first, patches| {
+            let (mut of, mut known, mut place) = (None, &before[..0], None);
+            for (k, patch) in (first..).zip(patches) {
+                let t = &touches[self.members[k][0] as usize];
+                let pair = (bodies.data[t.a].serial, bodies.data[t.b].serial);
+                if of != Some(pair) {
+                    let mut walk = Walk::from(before, place, pair);
+                    (of, known) = (Some(pair), walk.of(pair));
+                    place = Some(walk.place());
                 }
-                None => {
-                    let mut members = S::Points::all(NONE);
-                    members[0] = k as u32;
-                    self.members.push(members);
-                }
+                *patch = self.fresh(bodies, touches, &self.members[k]);
+                let of_pair = &self.members[k - self.ranks[k] as usize..=k];
+                warm_patch(patch, touches, of_pair, known, choice.h);
             }
-        }
-        let mut taken = 0u64;
-        for m in begun..self.members.len() {
-            // A sweep takes points one after another, and what it has not yet evened out leans towards the first. Ids
-            // order them as if by chance, so that a tall wall does not lean the same way in every row.
-            let points = count::<S>(&self.members[m]);
-            self.members[m].slice_mut()[..points].sort_unstable_by_key(|m| touches[*m as usize].id);
-            let mut patch = self.fresh(bodies, touches, &self.members[m]);
-            warm_patch(&mut patch, touches, &self.members[m], before, &mut taken, choice.h);
-            self.patches.push(patch);
-        }
+        });
+        self.patches = patches;
     }
 
     /// A patch without impulses.
@@ -206,28 +191,101 @@ pub(super) fn rolling_axis<S: Geometry>(normal: S::Vector, k: usize) -> S::Spin 
     }
 }
 
-/// Starts a patch from the forces that its points had; friction comes from the remembered patch of the first point that
-/// is known, once.
-fn warm_patch<S: Geometry>(
-    patch: &mut Patch<S>,
-    touches: &[Touch<S>],
-    members: &S::Points<u32>,
-    before: &[PatchForce],
-    taken: &mut u64,
-    h: f32,
-) {
-    let mut source = None;
-    for i in 0..count::<S>(members) {
-        let id = touches[members[i] as usize].id;
-        for (k, force) in before.iter().enumerate() {
-            if let Some(at) = force.ids[..force.count].iter().position(|x| *x == id) {
-                patch.points[i].impulse = force.normal[at] as f32 * h;
-                source = source.or(Some(k));
+/// Touches divided into patches.
+pub(super) struct Division<S: Geometry> {
+    /// Touches of each patch's points.
+    members: Vec<S::Points<u32>>,
+    /// Patches of its pair before each.
+    ranks: Vec<u32>,
+}
+
+impl<S: Geometry> Default for Division<S> {
+    fn default() -> Self {
+        Division { members: Vec::new(), ranks: Vec::new() }
+    }
+}
+
+/// Divides the touches of the pairs that begin in a range.
+fn divide<S: Geometry>(touches: &[Touch<S>], range: std::ops::Range<usize>, out: &mut Division<S>) {
+    let pair = |k: usize| (touches[k].a, touches[k].b);
+    let begins = |k: usize| k == 0 || k == touches.len() || pair(k) != pair(k - 1);
+    let mut first = range.start;
+    while !begins(first) {
+        first += 1;
+    }
+    while first < range.end {
+        let mut end = first + 1;
+        while !begins(end) {
+            end += 1;
+        }
+        divide_pair(touches, first..end, out);
+        first = end;
+    }
+}
+
+/// Divides a pair's touches by normals.
+fn divide_pair<S: Geometry>(touches: &[Touch<S>], range: std::ops::Range<usize>, out: &mut Division<S>) {
+    let begun = out.members.len();
+    for k in range {
+        let fits = |m: &S::Points<u32>| {
+            let first = &touches[m[0] as usize];
+            count::<S>(m) < m.slice().len() && first.normal.dot(touches[k].normal) > ONE_NORMAL
+        };
+        match out.members[begun..].iter_mut().find(|m| fits(m)) {
+            Some(members) => {
+                let place = count::<S>(members);
+                members[place] = k as u32;
+            }
+            None => {
+                let mut members = S::Points::all(NONE);
+                members[0] = k as u32;
+                out.ranks.push((out.members.len() - begun) as u32);
+                out.members.push(members);
             }
         }
     }
-    let Some(k) = source.filter(|k| *k < 64 && *taken & (1 << k) == 0) else { return };
-    *taken |= 1 << k;
+    for members in &mut out.members[begun..] {
+        // A sweep takes points one after another, and what it has not yet evened out leans towards the first. Ids
+        // order them as if by chance, so that a tall wall does not lean the same way in every row.
+        let points = count::<S>(members);
+        members.slice_mut()[..points].sort_unstable_by_key(|m| touches[*m as usize].id);
+    }
+}
+
+/// The remembered patch of the first point that is known.
+fn source<S: Geometry>(
+    touches: &[Touch<S>],
+    members: &S::Points<u32>,
+    before: &[PatchForce],
+) -> Option<usize> {
+    (0..count::<S>(members)).find_map(|i| {
+        let id = touches[members[i] as usize].id;
+        before.iter().position(|force| force.ids[..force.count].contains(&id))
+    })
+}
+
+/// Starts the last of a pair's patches from the forces that its points had; friction comes from the remembered patch of the
+/// first point that is known, unless a patch before took it.
+fn warm_patch<S: Geometry>(
+    patch: &mut Patch<S>,
+    touches: &[Touch<S>],
+    of_pair: &[S::Points<u32>],
+    before: &[PatchForce],
+    h: f32,
+) {
+    let Some((members, others)) = of_pair.split_last() else { return };
+    for i in 0..count::<S>(members) {
+        let id = touches[members[i] as usize].id;
+        for force in before {
+            if let Some(at) = force.ids[..force.count].iter().position(|x| *x == id) {
+                patch.points[i].impulse = force.normal[at] as f32 * h;
+            }
+        }
+    }
+    let Some(k) = source::<S>(touches, members, before).filter(|k| *k < 64) else { return };
+    if others.iter().any(|m| source::<S>(touches, m, before) == Some(k)) {
+        return;
+    }
     let (force, normal) = (&before[k], touches[members[0] as usize].normal);
     for m in 0..S::SLIP {
         let (tangent, axis) = (S::tangent(normal, m), rolling_axis::<S>(normal, m));

@@ -1,0 +1,423 @@
+//! Workers: threads that take turns at work in stages. A stage is cut into chunks whose size no number of workers decides,
+//! and what chunks found is joined in their order, so that one worker and thirty give the same bits. Each begins with the
+//! chunks of its own share, which are near it from the stage before, and whoever is free takes from the others'. A stage
+//! begins when the one before is done, not when all workers have come, so that a worker that another process keeps away
+//! delays nobody. Between stages workers wait by giving their time away, between regions they sleep after a while. One
+//! worker is the same text without threads. Knows no physics.
+
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A handle on threads that are kept while handles are; one worker, the default, has none and works where it is called.
+#[derive(Clone, Debug, Default)]
+pub struct Workers(Option<Arc<threads::Threads>>);
+
+impl Workers {
+    /// Most workers that can be had \[1\].
+    pub const MOST: usize = 256;
+
+    /// So many workers, whoever calls among them. In a page there is one whatever is asked, with the same bits.
+    ///
+    /// # Errors
+    /// What the system says when it has no more threads.
+    pub fn new(count: usize) -> Result<Self, String> {
+        let threads = if count > 1 { Some(Arc::new(threads::Threads::new(count)?)) } else { None };
+        Ok(Workers(threads))
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.0.as_ref().map_or(1, |threads| threads.count)
+    }
+
+    /// One worker has nobody to share with.
+    pub fn is_alone(&self) -> bool {
+        self.0.is_none()
+    }
+
+    /// Stage s of the plan has `plan[s]` chunks. Every worker that comes takes part by a call of `part` with its turns, and
+    /// each chunk is a turn of one of them. A worker that panics ends the region, and the caller panics.
+    pub fn stages(&self, plan: &[u32], part: impl Fn(Turns<'_>) + Sync) {
+        match &self.0 {
+            Some(threads) if plan.iter().any(|chunks| *chunks > 1) => {
+                let board = Board::new(plan, threads.count);
+                threads.together(&|seat| part(Turns::new(plan, Some(&board), seat)));
+            }
+            _ => part(Turns::new(plan, None, 0)),
+        }
+    }
+
+    /// Works over items in chunks of `size`: `work` gets the place of a chunk's first item, its items, and a memory as `join`
+    /// left it; `join` gets the memories in the order of the chunks. One worker has one chunk.
+    pub fn chunks<I: Sync, M: Default + Send>(
+        &self,
+        items: &[I],
+        size: usize,
+        memory: &mut Memory<M>,
+        work: impl Fn(usize, &[I], &mut M) + Sync,
+        mut join: impl FnMut(&mut M),
+    ) {
+        let size = if self.is_alone() { items.len().max(1) } else { size };
+        let count = items.len().div_ceil(size);
+        while memory.0.len() < count {
+            memory.0.push(Mutex::default());
+        }
+        let memories = &memory.0[..count];
+        self.stages(&[count as u32], |turns| {
+            for (_, chunk) in turns {
+                let first = chunk * size;
+                let end = items.len().min(first + size);
+                work(first, &items[first..end], &mut lock(&memories[chunk]));
+            }
+        });
+        for memory in &mut memory.0[..count] {
+            join(memory.get_mut().unwrap_or_else(PoisonError::into_inner));
+        }
+    }
+
+    /// Works on items in chunks of `size`: `work` gets the place of a chunk's first item, and its items.
+    pub fn each<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
+        if self.is_alone() || items.len() <= size {
+            return work(0, items);
+        }
+        let parts: Vec<_> = items.chunks_mut(size).map(Mutex::new).collect();
+        self.stages(&[parts.len() as u32], |turns| {
+            for (_, chunk) in turns {
+                work(chunk * size, &mut lock(&parts[chunk]));
+            }
+        });
+    }
+}
+
+/// What chunks work in; kept from call to call, so that nothing is asked of the heap.
+#[derive(Debug)]
+pub struct Memory<M>(Vec<Mutex<M>>);
+
+impl<M> Default for Memory<M> {
+    fn default() -> Self {
+        Memory(Vec::new())
+    }
+}
+
+/// Nobody waits for a lock here: a chunk is one worker's. After a panic the memory is as good as before.
+fn lock<M>(memory: &Mutex<M>) -> std::sync::MutexGuard<'_, M> {
+    memory.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Where a region stands.
+struct Board {
+    /// Each worker's share of the open stage: what it did in stages before is near it.
+    shares: Vec<Share>,
+    /// Chunks of the open stage that are done.
+    done: AtomicU32,
+}
+
+/// The open stage, and below it the next chunk of a share that nobody took. Apart from the others in memory.
+#[derive(Default)]
+#[repr(align(128))]
+struct Share(AtomicU64);
+
+/// A stage that no plan has.
+const OVER: u64 = u64::MAX;
+
+impl Board {
+    fn new(plan: &[u32], workers: usize) -> Self {
+        let board =
+            Board { shares: (0..workers).map(|_| Share::default()).collect(), done: AtomicU32::new(0) };
+        board.open(plan, 0);
+        board
+    }
+    /// First chunk of a share of a stage.
+    fn first(&self, chunks: u32, share: usize) -> u32 {
+        (u64::from(chunks) * share as u64 / self.shares.len() as u64) as u32
+    }
+    /// Opens a stage, or the first one after it that has chunks. Turns may begin while it does; the last share, which is opened
+    /// last, is never empty, so that the stage is not over before it is open.
+    fn open(&self, plan: &[u32], stage: usize) {
+        let empty = plan[stage..].iter().take_while(|chunks| **chunks == 0).count();
+        let stage = stage + empty;
+        let chunks = plan.get(stage).copied().unwrap_or(0);
+        for (k, share) in self.shares.iter().enumerate() {
+            share.0.store((stage as u64) << 32 | u64::from(self.first(chunks, k)), Ordering::Release);
+        }
+    }
+}
+
+/// The turns of a worker, as (stage, chunk). A stage's turns begin when all of the one before are done, whoever did them.
+pub struct Turns<'a> {
+    plan: &'a [u32],
+    /// None of who is alone.
+    board: Option<&'a Board>,
+    /// Whose share it takes first.
+    seat: usize,
+    stage: usize,
+    /// Alone: the stage's next chunk.
+    next: u32,
+    /// A chunk was taken and is not done.
+    holds: bool,
+}
+
+impl Iterator for Turns<'_> {
+    type Item = (usize, usize);
+
+    #[inline]
+    fn next(&mut self) -> Option<(usize, usize)> {
+        if let Some(board) = self.board {
+            return self.among(board);
+        }
+        while self.next >= *self.plan.get(self.stage)? {
+            (self.stage, self.next) = (self.stage + 1, 0);
+        }
+        self.next += 1;
+        Some((self.stage, self.next as usize - 1))
+    }
+}
+
+impl<'a> Turns<'a> {
+    /// Looks for the next chunk to come before it gives its time away \[1\]: about a microsecond.
+    const PATIENCE: u32 = 40;
+
+    fn new(plan: &'a [u32], board: Option<&'a Board>, seat: usize) -> Self {
+        Turns { plan, board, seat, stage: 0, next: 0, holds: false }
+    }
+
+    #[inline(never)]
+    fn among(&mut self, board: &Board) -> Option<(usize, usize)> {
+        if std::mem::take(&mut self.holds) {
+            // what all did in this stage is seen by who opens the next, and by who takes a turn in that
+            let done = board.done.fetch_add(1, Ordering::AcqRel) + 1;
+            if done == self.plan[self.stage] {
+                board.done.store(0, Ordering::Relaxed);
+                board.open(self.plan, self.stage + 1);
+            }
+        }
+        let mut looks = 0;
+        loop {
+            for k in 0..board.shares.len() {
+                let share = (self.seat + k) % board.shares.len();
+                let place = &board.shares[share].0;
+                let ticket = place.load(Ordering::Acquire);
+                let (stage, chunk) = ((ticket >> 32) as usize, ticket as u32);
+                let end = board.first(*self.plan.get(stage)?, share + 1);
+                let (taken, seen) = (Ordering::Acquire, Ordering::Relaxed);
+                if chunk < end && place.compare_exchange(ticket, ticket + 1, taken, seen).is_ok() {
+                    (self.stage, self.holds) = (stage, true);
+                    return Some((stage, chunk as usize));
+                }
+            }
+            if looks < Self::PATIENCE {
+                looks += 1;
+                std::hint::spin_loop();
+            } else {
+                std::thread::yield_now();
+            }
+        }
+    }
+}
+
+impl Drop for Turns<'_> {
+    /// Who leaves with a chunk that is not done has panicked: nobody must wait for it.
+    fn drop(&mut self) {
+        if let (true, Some(board)) = (self.holds, self.board) {
+            board.shares.iter().for_each(|share| share.0.store(OVER, Ordering::Release));
+        }
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+mod threads {
+    use std::cell::Cell;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::time::{Duration, Instant};
+
+    /// How long a worker that has nothing to do looks for work before it sleeps: to be woken takes a tenth of a millisecond,
+    /// and a step has a dozen regions.
+    const LINGERS: Duration = Duration::from_micros(300);
+
+    /// Looks before a worker gives its time away \[1\].
+    const PATIENCE: u32 = 40;
+
+    /// Threads that sleep until they are called.
+    #[derive(Debug)]
+    pub struct Threads {
+        /// Workers, the caller among them.
+        pub count: usize,
+        pool: rayon::ThreadPool,
+        /// Who looks for work.
+        awake: Arc<AtomicUsize>,
+        /// A process that was forked off has the memory and not the threads.
+        process: u32,
+    }
+
+    impl Threads {
+        pub fn new(count: usize) -> Result<Self, String> {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(count - 1)
+                .thread_name(|k| format!("carom {}", k + 1))
+                .build()
+                .map_err(|e| e.to_string())?;
+            Ok(Threads { count, pool, awake: Arc::default(), process: std::process::id() })
+        }
+
+        /// Calls `part` once in every worker with its seat, the caller's being 0; comes back when all did, and panics when one did.
+        pub fn together(&self, part: &(impl Fn(usize) + Sync)) {
+            if std::process::id() != self.process {
+                return part(0);
+            }
+            for _ in self.awake.load(Ordering::Relaxed)..self.count - 1 {
+                let awake = Arc::clone(&self.awake);
+                awake.fetch_add(1, Ordering::Relaxed);
+                self.pool.spawn(move || linger(&awake));
+            }
+            let here = AtomicUsize::new(self.count - 1);
+            self.pool.in_place_scope(|scope| {
+                for _ in 1..self.count {
+                    scope.spawn(|_| {
+                        part(rayon::current_thread_index().map_or(0, |k| k + 1));
+                        here.fetch_sub(1, Ordering::Release);
+                    });
+                }
+                part(0);
+                // what is left takes less than to sleep and be woken; who panicked is not waited for here
+                let gone = || here.load(Ordering::Acquire) == 0;
+                (0..100 * PATIENCE).any(|looks| gone() || wait(looks));
+            });
+        }
+    }
+
+    /// Waits for a moment; false, for more are to come.
+    fn wait(looks: u32) -> bool {
+        if looks < PATIENCE {
+            std::hint::spin_loop()
+        } else {
+            std::thread::yield_now()
+        }
+        false
+    }
+
+    thread_local! {
+        static IS_AWAKE: Cell<bool> = const { Cell::new(false) };
+    }
+
+    /// Takes part in what is called for until nothing was for a while.
+    fn linger(awake: &AtomicUsize) {
+        // one that looks for work may find this
+        if !IS_AWAKE.replace(true) {
+            let (mut last, mut looks) = (Instant::now(), 0);
+            while last.elapsed() < LINGERS {
+                if rayon::yield_now() == Some(rayon::Yield::Executed) {
+                    (last, looks) = (Instant::now(), 0);
+                } else {
+                    wait(looks);
+                    looks += 1;
+                }
+            }
+            IS_AWAKE.set(false);
+        }
+        awake.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+#[cfg(target_arch = "wasm32")]
+mod threads {
+    /// None.
+    #[derive(Debug)]
+    pub struct Threads {
+        /// Workers that were asked for.
+        pub count: usize,
+    }
+
+    impl Threads {
+        pub fn new(count: usize) -> Result<Self, String> {
+            Ok(Threads { count })
+        }
+        pub fn together(&self, part: &(impl Fn(usize) + Sync)) {
+            part(0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicUsize;
+
+    const COUNTS: [usize; 5] = [1, 2, 3, 8, 32];
+
+    #[test]
+    fn every_chunk_is_one_turn_and_stages_come_one_after_another() {
+        let plan = [3, 0, 1, 200, 0, 7];
+        for count in COUNTS {
+            let workers = Workers::new(count).unwrap();
+            assert_eq!(workers.count(), count);
+            for _ in 0..50 {
+                let turns: Vec<Vec<AtomicUsize>> =
+                    plan.iter().map(|n| (0..*n).map(|_| AtomicUsize::new(0)).collect()).collect();
+                workers.stages(&plan, |mine| {
+                    for (stage, chunk) in mine {
+                        turns[stage][chunk].fetch_add(1, Ordering::Relaxed);
+                        let before = turns[..stage].iter().flatten();
+                        assert!(before.into_iter().all(|n| n.load(Ordering::Relaxed) == 1));
+                    }
+                });
+                assert!(turns.iter().flatten().all(|n| n.load(Ordering::Relaxed) == 1));
+            }
+        }
+    }
+
+    #[test]
+    fn chunks_are_joined_in_their_order() {
+        let items: Vec<usize> = (0..1000).collect();
+        for count in COUNTS {
+            let (workers, mut memory) = (Workers::new(count).unwrap(), Memory::<Vec<usize>>::default());
+            for _ in 0..20 {
+                let mut out = Vec::new();
+                let work = |first: usize, items: &[usize], out: &mut Vec<usize>| {
+                    assert_eq!(first, items[0]);
+                    out.extend(items.iter().filter(|i| *i % 3 == 0));
+                };
+                workers.chunks(&items, 7, &mut memory, work, |found| out.append(found));
+                assert!(out.iter().copied().eq((0..1000).step_by(3)));
+            }
+            workers.chunks(&[], 7, &mut memory, |_, _: &[u8], _| unreachable!(), |_| unreachable!());
+        }
+    }
+
+    #[test]
+    fn each_item_is_worked_on_once() {
+        for count in COUNTS {
+            let mut items = vec![1; 500];
+            let work = |first: usize, items: &mut [usize]| {
+                for (k, item) in items.iter_mut().enumerate() {
+                    *item += first + k;
+                }
+            };
+            Workers::new(count).unwrap().each(&mut items, 16, work);
+            assert!(items.iter().enumerate().all(|(k, item)| *item == k + 1));
+        }
+    }
+
+    #[test]
+    fn a_panic_of_any_worker_is_the_callers_and_workers_go_on_after_it() {
+        for count in COUNTS {
+            let workers = Workers::new(count).unwrap();
+            for bad in [0, 17, 99] {
+                let fails = || {
+                    workers.stages(&[100, 5], |turns| {
+                        for (stage, chunk) in turns {
+                            assert!(stage == 0, "no stage begins after one that failed");
+                            assert!(chunk != bad, "chunk {chunk} of {count} workers");
+                        }
+                    });
+                };
+                let told = std::panic::catch_unwind(std::panic::AssertUnwindSafe(fails)).unwrap_err();
+                let told = told.downcast_ref::<String>().unwrap();
+                assert!(told.contains(&format!("chunk {bad}")), "{told}");
+                let mut items = vec![0; 64];
+                workers.each(&mut items, 4, |_, items| items.fill(1));
+                assert!(items.iter().all(|x| *x == 1));
+            }
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! Numbers that workers share while they work on packs of one colour. Which of them a worker may touch no compiler can know: this
+//! file holds the crate's only unsafe code, one line ([ADR 6](../../../../docs/adr/0006-where-unsafe-lives.md)).
+
+use std::cell::Cell;
+
+/// A list whose items workers read and write at once, each its own.
+pub struct Shared<'a, T>(&'a [Cell<T>]);
+
+// SAFETY. A `Cell` is not `Sync` because two threads may write one item at once, or one read what another writes. Here none
+// does: in a stage of the solver an item is written in one chunk at most, and read in no other chunk then. For packs that is
+// the invariant of colours (two patches of a colour share no body that moves, and `Table::scatter` writes no others);
+// `SoftSolver::pack` checks it in debug builds for every step. Stages over records cut the list itself. Between stages
+// `Workers::stages` orders what was written before what is read.
+#[allow(unsafe_code)]
+unsafe impl<T: Copy + Send> Sync for Shared<'_, T> {}
+
+impl<'a, T: Copy> Shared<'a, T> {
+    /// Shares a list.
+    pub fn new(items: &'a mut [T]) -> Self {
+        Shared(Cell::from_mut(items).as_slice_of_cells())
+    }
+    /// An item.
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> T {
+        self.0[i].get()
+    }
+    /// Replaces an item.
+    #[inline(always)]
+    pub fn set(&self, i: usize, item: T) {
+        self.0[i].set(item);
+    }
+}

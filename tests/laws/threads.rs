@@ -1,0 +1,167 @@
+//! Threads share a step's work and change no bit of it (docs/adr/0005): not in what moves, nor in what is told of it. Heaps here
+//! are large enough that every stage that is shared has chunks for several workers.
+
+use crate::harness::*;
+use carom::{
+    BodySpec, ForceField, Geometry, Motion, OnInaccurate, Scheme, Settings, SoftSettings, World, Wrench,
+};
+
+in_plane_and_space!(
+    any_number_of_threads_gives_the_same_bits,
+    what_sleeps_sleeps_on_any_number_of_threads,
+    threads_may_change_in_the_middle_of_a_run,
+    a_step_that_fails_leaves_the_world_as_it_was_on_any_number_of_threads,
+    threads_are_no_part_of_snapshots,
+    numbers_of_threads_that_cannot_be_are_refused_by_name,
+);
+
+/// A heap of blocks and balls that falls in on itself, beside a wall of blocks that stands; a wall that is driven.
+fn heap<S: Dimension>(scheme: Scheme, bodies: u32) -> World<S> {
+    let dt = 1.0 / 120.0;
+    let settings =
+        Settings { dt, scheme, on_inaccurate: OnInaccurate::Ignore, iterations: 12, ..Settings::default() };
+    let mut w = world::<S>(settings);
+    add_floor(&mut w, 0.5, 0.2);
+    let driven = BodySpec::kinematic(S::block(0.5, 3.0)).at(S::at(-1.2, 1.5)).moving(S::at(0.4, 0.0));
+    add(&mut w, "driven", driven.friction(0.3));
+    let mut dice = Dice(5);
+    for k in 0..bodies {
+        let (row, column) = (k / 20, k % 20);
+        let place = S::at(0.52 * f64::from(column), 0.26 + 0.505 * f64::from(row));
+        let mut spec = BodySpec::dense(S::block(0.5, 0.5), 800.0);
+        if column <= 13 && k % 5 == 0 {
+            spec = BodySpec::dense(S::ball(0.25), 900.0).restitution(0.4);
+            spec.rolling_friction = 0.001;
+        }
+        let speed = if column > 13 { 0.0 } else { dice.between(-1.0, 1.0) };
+        add(&mut w, &format!("body {k}"), spec.at(place).moving(S::at(speed, 0.0)).friction(0.4));
+    }
+    w
+}
+
+const SCHEMES: [(Scheme, u32, usize); 2] = [(Scheme::SoftStep, 700, 12), (Scheme::FixedStep, 300, 5)];
+
+/// All that a run tells, step by step.
+fn told<S: Dimension>(mut w: World<S>, steps: usize) -> (Vec<u64>, Vec<String>, String) {
+    let reports = (0..steps).map(|_| format!("{:?}", step(&mut w))).collect();
+    let ledger = w.ledger().lines().map(f64::to_bits);
+    let mut numbers = bits(&w);
+    numbers.extend(ledger);
+    (numbers, reports, w.snapshot())
+}
+
+/// The same heap on 1, 2, 3, 8 and 32 threads: motion, ledger, reports and snapshot.
+pub fn any_number_of_threads_gives_the_same_bits<S: Dimension>() {
+    for (scheme, bodies, steps) in SCHEMES {
+        let alone = told(heap::<S>(scheme, bodies), steps);
+        for threads in [2, 3, 8, 32] {
+            let mut w = heap::<S>(scheme, bodies);
+            w.set_threads(threads).unwrap();
+            assert_eq!(w.threads(), threads);
+            let shared = told(w, steps);
+            assert!(shared.0 == alone.0, "{scheme:?} on {threads} threads: bits of motion or ledger");
+            assert!(shared.1 == alone.1, "{scheme:?} on {threads} threads: reports");
+            assert!(shared.2 == alone.2, "{scheme:?} on {threads} threads: snapshots");
+        }
+    }
+}
+
+/// A heap, and blocks that rest beside it and fall asleep; balls wake every third of them.
+pub fn what_sleeps_sleeps_on_any_number_of_threads<S: Dimension>() {
+    let drowsy = |threads: usize| {
+        let mut w = heap::<S>(Scheme::SoftStep, 700);
+        let soft = SoftSettings { sleeping: true, sleep_time: 0.04, ..SoftSettings::default() };
+        w.set_settings(Settings { soft, ..w.settings().clone() }).expect("in range");
+        for k in 0..600 {
+            let at = 30.0 + 2.0 * f64::from(k);
+            let block = BodySpec::dense(S::block(0.5, 0.5), 800.0).at(S::at(at, 0.25)).friction(0.4);
+            add(&mut w, &format!("rests {k}"), block);
+            if k % 3 == 0 {
+                let ball = BodySpec::dense(S::ball(0.25), 900.0).at(S::at(at, 0.8)).friction(0.4);
+                add(&mut w, &format!("falls {k}"), ball);
+            }
+        }
+        w.set_threads(threads).unwrap();
+        w
+    };
+    let mut w = drowsy(1);
+    let counts: Vec<usize> = (0..20).map(|_| step(&mut w).asleep).collect();
+    assert!(counts.contains(&600) && counts.contains(&400), "{counts:?}");
+    let alone = told(drowsy(1), 20);
+    for threads in [2, 8] {
+        assert!(told(drowsy(threads), 20) == alone, "on {threads} threads");
+    }
+}
+
+/// Another number at every step.
+pub fn threads_may_change_in_the_middle_of_a_run<S: Dimension>() {
+    for (scheme, bodies, steps) in SCHEMES {
+        let (mut one, mut other) = (heap::<S>(scheme, bodies), heap::<S>(scheme, bodies));
+        for k in 0..steps {
+            other.set_threads([1, 3, 2, 8][k % 4]).unwrap();
+            assert_eq!(format!("{:?}", step(&mut one)), format!("{:?}", step(&mut other)));
+        }
+        assert!(one.snapshot() == other.snapshot(), "{scheme:?}");
+    }
+}
+
+/// A field that fails, or gives what is no number, when it is asked to.
+struct Failing(std::sync::Arc<std::sync::atomic::AtomicBool>);
+
+impl<S: Geometry> ForceField<S> for Failing {
+    fn add(&mut self, _: f64, _: &Motion<S>, _: &mut [Wrench<S>]) -> Result<(), String> {
+        if self.0.load(std::sync::atomic::Ordering::Relaxed) { Err("asked to fail".into()) } else { Ok(()) }
+    }
+}
+
+/// The step after a failed one is the one that would have been taken.
+pub fn a_step_that_fails_leaves_the_world_as_it_was_on_any_number_of_threads<S: Dimension>() {
+    for (scheme, bodies, steps) in SCHEMES {
+        let mut told = Vec::new();
+        for threads in [1, 2, 8] {
+            let mut w = heap::<S>(scheme, bodies);
+            w.set_threads(threads).unwrap();
+            let fails = std::sync::Arc::default();
+            w.set_force_field("failing", Box::new(Failing(std::sync::Arc::clone(&fails))));
+            for k in 0..steps {
+                step(&mut w);
+                let before = w.snapshot();
+                fails.store(true, std::sync::atomic::Ordering::Relaxed);
+                assert!(w.step(w.settings().dt).is_err(), "{scheme:?}, step {k}");
+                fails.store(false, std::sync::atomic::Ordering::Relaxed);
+                assert!(w.snapshot() == before, "{scheme:?} on {threads} threads, step {k}");
+            }
+            told.push(w.snapshot());
+        }
+        assert!(told.iter().all(|t| *t == told[0]), "{scheme:?}");
+    }
+}
+
+/// A restored world has one thread, and goes on as the one it is of.
+pub fn threads_are_no_part_of_snapshots<S: Dimension>() {
+    let mut w = heap::<S>(Scheme::SoftStep, 100);
+    let alone = w.snapshot();
+    w.set_threads(2).unwrap();
+    assert!(w.snapshot() == alone);
+    let (mut other, _) = World::<S>::from_snapshot(&alone).unwrap();
+    assert_eq!(other.threads(), 1);
+    other.share_threads(&w);
+    assert_eq!(other.threads(), 2);
+    assert_eq!(format!("{:?}", step(&mut w)), format!("{:?}", step(&mut other)));
+}
+
+/// Field, value and remedy; the threads that there were stay.
+pub fn numbers_of_threads_that_cannot_be_are_refused_by_name<S: Dimension>() {
+    let mut w = heap::<S>(Scheme::SoftStep, 1);
+    w.set_threads(3).unwrap();
+    for threads in [0, 257, usize::MAX] {
+        let e = w.set_threads(threads).unwrap_err();
+        assert_eq!(e.field, "threads");
+        let text = e.to_string();
+        assert!(
+            text.contains(&format!("must be 1 to 256, got {threads}")) && text.contains("cores"),
+            "{text}"
+        );
+        assert_eq!(w.threads(), 3);
+    }
+}
