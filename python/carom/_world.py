@@ -30,6 +30,7 @@ from carom._report import Chunk, Snapshot, StepReport, chunk_of
 from carom._setting import Setting
 from carom._shapes import ShapeLike
 from carom._space import Floats, Space, number
+from carom._threaded import Threaded
 from carom.errors import BuildError, StepError, refused, unknown
 from carom.recording import OWN_SOLVERS
 
@@ -39,13 +40,14 @@ if TYPE_CHECKING:
 Density = float | Callable[[Floats], npt.ArrayLike]
 
 
-class World(Arrayed, Forced, Jointed, Observed, Judged):
+class World(Arrayed, Forced, Jointed, Observed, Judged, Threaded):
     """Bodies, settings and time.
 
     Parameters
     ----------
     gravity : (d,) [m/s^2]; 9.81 downwards along the last axis when absent
     dt : length of a step [s]; 1/240 when absent
+    threads : who share a step's work [1]; the same bits for any number
     settings : any other attribute named below
 
     Raises
@@ -120,7 +122,9 @@ class World(Arrayed, Forced, Jointed, Observed, Judged):
         '"max" (default) or another of the same mixings; for tangential restitution too.'
     )
 
-    def __init__(self, gravity: Any = None, dt: float | None = None, **settings: Any) -> None:
+    def __init__(
+        self, gravity: Any = None, dt: float | None = None, *, threads: int = 1, **settings: Any
+    ) -> None:
         self._native: Any = self._space.world()
         self._forces: dict[str, Force] = {}
         self._late_error: BaseException | None = None
@@ -130,6 +134,7 @@ class World(Arrayed, Forced, Jointed, Observed, Judged):
         given = {"gravity": gravity, "dt": dt}
         for name, value in {**{k: v for k, v in given.items() if v is not None}, **settings}.items():
             self._set(name, value)
+        self.threads = threads
 
     @classmethod
     def _adopt(cls, native: _carom.PlanarWorld | _carom.SpatialWorld) -> Self:
@@ -569,6 +574,7 @@ class World(Arrayed, Forced, Jointed, Observed, Judged):
         for name, function in self._forces.items():
             made.add_force(name, copy.deepcopy(function, memo))
         made.restore(self.snapshot())
+        made.threads = self.threads
         return made
 
     def __copy__(self) -> Self:

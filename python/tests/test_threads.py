@@ -1,14 +1,21 @@
-"""The interpreter's lock is free while the engine steps and solves."""
+"""The interpreter's lock is free while the engine steps and solves; threads of a step change no bit of it."""
 
 from __future__ import annotations
 
+import copy
+import hashlib
+import os
+import pickle
 import threading
 import time
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
-from spaces import PLANE, SPACE
+from spaces import PLANE, SPACE, both
+
+from carom import BuildError
 
 
 def pace_beside(job: Callable[[], Any]) -> tuple[float, int, float]:
@@ -64,3 +71,70 @@ def test_worlds_step_side_by_side() -> None:
         for _ in range(100):
             reference.step()
         assert w.snapshot() == reference.snapshot()
+
+
+def wall(face: Any, **settings: Any) -> Any:
+    """Blocks in a wall large enough to be shared."""
+    w = face.world(dt=1 / 60, on_inaccurate="ignore", **settings)
+    w.add_static("floor", face.ground(), friction=0.5)
+    for i in range(600):
+        row, column = divmod(i, 30)
+        place = face.at(1.01 * column, 0.49 + row)
+        w.add_body(f"b{i}", face.box(1.0), density=2.0, position=place, friction=0.5)
+    return w
+
+
+@both
+@pytest.mark.parametrize("scheme", ["soft_step", "fixed_step"])
+def test_any_number_of_threads_gives_the_same_snapshot(face: Any, scheme: str) -> None:
+    worlds = [wall(face, scheme=scheme, iterations=8, threads=n) for n in (1, 2, 8)]
+    for w in worlds:
+        for _ in range(4):
+            w.step()
+    assert [w.threads for w in worlds] == [1, 2, 8]
+    assert worlds[0].snapshot() == worlds[1].snapshot() == worlds[2].snapshot()
+
+
+@both
+def test_threads_stay_with_a_world_and_not_with_its_snapshots(face: Any) -> None:
+    w = face.stack(2)
+    assert w.threads == 1
+    assert "threads" not in w.settings
+    kept = w.snapshot()
+    w.threads = np.int64(3)
+    assert w.snapshot() == kept
+    w.restore(kept)
+    assert w.threads == 3
+    assert copy.deepcopy(w).threads == 3
+    assert pickle.loads(pickle.dumps(w)).threads == 1
+
+
+@both
+@pytest.mark.parametrize("bad", [0, -1, 257, 2**70, 1.5, "2", None, True])
+def test_a_number_of_threads_that_cannot_be_is_refused(face: Any, bad: Any) -> None:
+    w = face.world(threads=2)
+    with pytest.raises(BuildError, match=r"threads must be .*1 to 256, got") as told:
+        w.threads = bad
+    assert told.value.field == "threads"
+    assert told.value.value == bad
+    assert "cores" in str(told.value.remedy)
+    assert w.threads == 2
+    with pytest.raises(BuildError, match="threads"):
+        face.world(threads=bad)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_steps_without_the_threads_it_has_not() -> None:
+    w = wall(PLANE, scheme="soft_step", threads=2)
+    w.step()
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        w.step()
+        os.write(write, hashlib.sha256(bytes(w.snapshot())).digest())
+        os._exit(0)
+    w.step()
+    os.waitpid(child, 0)
+    assert os.read(read, 32) == hashlib.sha256(bytes(w.snapshot())).digest()
+    os.close(read)
+    os.close(write)

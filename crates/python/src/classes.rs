@@ -47,6 +47,12 @@ macro_rules! stamp {
             fn settings(&self, py: Python<'_>) -> PyResult<String> {
                 Ok(settings::as_json(self.core.loan(py)?.world.settings()))
             }
+            fn threads(&self, py: Python<'_>) -> PyResult<usize> {
+                Ok(self.core.loan(py)?.world.threads())
+            }
+            fn set_threads(&self, py: Python<'_>, threads: usize) -> PyResult<()> {
+                self.core.loan(py)?.world.set_threads(threads).map_err(|e| errors::build(py, &e))
+            }
             fn set_pair(&self, py: Python<'_>, one: &str, other: &str, json: Option<&str>) -> PyResult<()> {
                 settings::set_pair(py, &mut self.core.loan(py)?.world, (one, other), json)
             }

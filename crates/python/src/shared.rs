@@ -117,13 +117,14 @@ impl<S: Geometry> Core<S> {
         self.loan(py)
     }
 
-    /// Replaces the world as a whole; also one that an internal error left half changed.
+    /// Replaces the world as a whole, but for its threads; also one that an internal error left half changed.
     ///
     /// # Errors
     /// `BusyError` while a step is running, `ViewError` while arrays look at the motion.
-    pub fn replace(&self, py: Python<'_>, world: World<S>, what: &str) -> PyResult<()> {
+    pub fn replace(&self, py: Python<'_>, mut world: World<S>, what: &str) -> PyResult<()> {
         self.views.refuse_if_alive(py, what)?;
         let mut loan = self.loan_even_broken(py)?;
+        world.share_threads(&loan.world);
         loan.held = Some(Held::new(world));
         Ok(())
     }

@@ -40,6 +40,9 @@ def run_command(
     scheme: Annotated[Scheme | None, typer.Option(help="Time-stepping scheme.")] = None,
     impact: Annotated[ImpactLaw | None, typer.Option(help="Impact law.")] = None,
     integrator: Annotated[Integrator | None, typer.Option(help="Integrator.")] = None,
+    threads: Annotated[
+        int, typer.Option(help="Threads that share a step's work; the same bits for any number.")
+    ] = 1,
     every: Annotated[
         int | None,
         typer.Option(help="Steps between recorded frames; 60 frames per simulated second when absent."),
@@ -70,6 +73,7 @@ def run_command(
         "integrator": integrator,
     }
     world = wanted.build(**{key: value for key, value in settings.items() if value is not None})
+    world.threads = threads
     if not quiet:
         for note in wanted.notes:
             say(f"note: {note}")
