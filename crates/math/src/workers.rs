@@ -16,6 +16,9 @@ impl Workers {
     /// Most workers that can be had \[1\].
     pub const MOST: usize = 256;
 
+    /// Chunks that nobody is called for \[1\].
+    const FEW: usize = 3;
+
     /// So many workers, whoever calls among them. In a page there is one whatever is asked, with the same bits.
     ///
     /// # Errors
@@ -35,6 +38,11 @@ impl Workers {
         self.0.is_none()
     }
 
+    /// So few items are done before others have come.
+    fn is_for_one(&self, items: usize, size: usize) -> bool {
+        self.is_alone() || items <= Self::FEW * size
+    }
+
     /// Stage s of the plan has `plan[s]` chunks. Every worker that comes takes part by a call of `part` with its turns, and
     /// each chunk is a turn of one of them. A worker that panics ends the region, and the caller panics.
     pub fn stages(&self, plan: &[u32], part: impl Fn(Turns<'_>) + Sync) {
@@ -48,7 +56,7 @@ impl Workers {
     }
 
     /// Works over items in chunks of `size`: `work` gets the place of a chunk's first item, its items, and a memory as `join`
-    /// left it; `join` gets the memories in the order of the chunks. One worker has one chunk.
+    /// left it; `join` gets the memories in the order of the chunks. One worker has one chunk, and so have few items.
     pub fn chunks<I: Sync, M: Default + Send>(
         &self,
         items: &[I],
@@ -57,7 +65,7 @@ impl Workers {
         work: impl Fn(usize, &[I], &mut M) + Sync,
         mut join: impl FnMut(&mut M),
     ) {
-        let size = if self.is_alone() { items.len().max(1) } else { size };
+        let size = if self.is_for_one(items.len(), size) { items.len().max(1) } else { size };
         let count = items.len().div_ceil(size);
         while memory.0.len() < count {
             memory.0.push(Mutex::default());
@@ -75,9 +83,9 @@ impl Workers {
         }
     }
 
-    /// Works on items in chunks of `size`: `work` gets the place of a chunk's first item, and its items.
+    /// Works on items in chunks of `size`: `work` gets the place of a chunk's first item, and its items. Few are one chunk.
     pub fn each<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
-        if self.is_alone() || items.len() <= size {
+        if self.is_for_one(items.len(), size) {
             return work(0, items);
         }
         let parts: Vec<_> = items.chunks_mut(size).map(Mutex::new).collect();

@@ -38,7 +38,7 @@ pub struct Touch<S: Space> {
 }
 
 /// Bodies and pairs that a worker takes at a time; nothing depends on it but the time.
-const CHUNK: usize = 256;
+const CHUNK: usize = 128;
 
 /// Contacts that are known without a search; workers ask at once.
 pub trait Known<S: Geometry>: Sync {

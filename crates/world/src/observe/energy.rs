@@ -7,7 +7,7 @@ use carom_math::{Column, Space, Workers};
 use serde::{Deserialize, Serialize};
 
 /// Bodies whose terms a worker finds at a time.
-const CHUNK: usize = 512;
+const CHUNK: usize = 128;
 
 /// Energy in its parts \[J\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -45,11 +45,11 @@ impl<S: Arena> Entrant<S> {
         let solver = solver.into();
         Entrant { engine, solver, threads: true, sleeping: true, most: usize::MAX, build: Box::new(build) }
     }
-    /// carom by a way of stepping: one thread, no sleeping.
+    /// carom by a way of stepping; only soft steps let bodies sleep.
     fn ours(way: &str) -> Self {
         let asked = way.to_string();
-        let build = move |scene: &Scene<S>, _: Choice| ours::build(scene, &asked);
-        Entrant { threads: false, sleeping: false, ..Entrant::new("carom", way, build) }
+        let build = move |scene: &Scene<S>, choice: Choice| ours::build(scene, &asked, choice);
+        Entrant { sleeping: way == "soft_step", ..Entrant::new("carom", way, build) }
     }
     /// An engine in Python: one thread, no sleeping, small scenes.
     fn foreign(engine: &'static str, solver: &str, python: &Path) -> Self {

@@ -1,6 +1,6 @@
-//! carom, by any of its schemes and solvers: settings are carom's own but for gravity and the step's length.
+//! carom, by any of its schemes and solvers: settings are carom's own but for gravity, the step's length, sleep and threads.
 
-use crate::engine::{Engine, Spent, timed};
+use crate::engine::{Choice, Engine, Spent, timed};
 use crate::scene::{DT, FRICTION, Kind, Scene};
 use carom::{BodySpec, Geometry, Pose, Scheme, Settings, SolverKind, World};
 
@@ -15,9 +15,12 @@ struct Ours<S: Geometry> {
 /// A scene in carom by `SCHEME` or `SCHEME:SOLVER`, both by the names that scene files use.
 ///
 /// # Errors
-/// An unknown scheme or solver, or what carom refuses in the scene.
-pub fn build<S: Geometry>(scene: &Scene<S>, way: &str) -> Result<Box<dyn Engine<S>>, String> {
-    let mut world = World::new(settings::<S>(way)?).map_err(|e| e.to_string())?;
+/// An unknown scheme or solver, or what carom refuses in the scene or of the choice.
+pub fn build<S: Geometry>(scene: &Scene<S>, way: &str, choice: Choice) -> Result<Box<dyn Engine<S>>, String> {
+    let mut settings = settings::<S>(way)?;
+    settings.soft.sleeping = choice.sleeping;
+    let mut world = World::new(settings).map_err(|e| e.to_string())?;
+    world.set_threads(choice.threads).map_err(|e| e.to_string())?;
     for (k, body) in scene.bodies.iter().enumerate() {
         let spec = match body.kind {
             Kind::Dynamic => BodySpec::dense(body.shape.clone(), body.density),

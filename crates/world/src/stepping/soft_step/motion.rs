@@ -19,7 +19,7 @@ use carom_solver::soft::{SoftBody, SoftChoice};
 pub(super) const NONE: u32 = u32::MAX;
 
 /// Bodies that a worker takes at a time.
-pub(super) const BODIES: usize = 256;
+pub(super) const BODIES: usize = 128;
 
 /// A column in f32.
 pub(super) fn narrow<C: Column, A: Several<f32>>(column: C) -> A {

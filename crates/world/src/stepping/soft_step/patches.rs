@@ -15,8 +15,8 @@ use carom_solver::soft::{Patch, PatchPoint, SoftChoice};
 const ONE_NORMAL: f64 = 1.0 - 5e-7;
 
 /// Touches and patches that a worker takes at a time.
-const TOUCHES: usize = 1024;
-const PATCHES: usize = 256;
+const TOUCHES: usize = 512;
+const PATCHES: usize = 128;
 
 /// Points that a patch has.
 pub(super) fn count<S: Geometry>(members: &S::Points<u32>) -> usize {
