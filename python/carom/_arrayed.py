@@ -71,13 +71,6 @@ class Arrayed:
         view[...] = array
 
     @property
-    def asleep(self) -> npt.NDArray[np.bool_]:
-        """(n,) bool array: who sleeps, held until something stirs it; see the setting `soft`."""
-        array: npt.NDArray[np.bool_] = self._native.asleep()
-        array.flags.writeable = False
-        return array
-
-    @property
     def mass(self) -> Floats:
         """(n,) float64 array [kg]; inf for bodies that forces do not move."""
         return frozen(self._native.masses())

@@ -21,6 +21,7 @@ from carom import _carom
 from carom._adding import attributed, body_arguments
 from carom._arrayed import Arrayed
 from carom._body import Body
+from carom._drowsy import Drowsy
 from carom._force import Force
 from carom._forced import Forced
 from carom._jointed import Jointed
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 Density = float | Callable[[Floats], npt.ArrayLike]
 
 
-class World(Arrayed, Forced, Jointed, Observed, Judged, Threaded):
+class World(Arrayed, Forced, Jointed, Observed, Judged, Threaded, Drowsy):
     """Bodies, settings and time.
 
     Parameters
@@ -392,20 +393,6 @@ class World(Arrayed, Forced, Jointed, Observed, Judged, Threaded):
         return (Body(self, name) for name in self.names)
 
     # --- motion ---
-
-    def wake(self, *names: str) -> None:
-        """Wakes the islands of bodies that sleep; all of them when none is named.
-
-        Forces, impulses and whatever is written to a body wake its island too, and so do bodies that come
-        near.
-
-        Raises
-        ------
-        BuildError
-            for a name that no body has
-        """
-        for name in names or self.names:
-            self._native.wake(name)
 
     @property
     def time(self) -> float:

@@ -1,5 +1,5 @@
 //! What a page shows of a world, as one row of numbers: figures of the last steps, the motion, the contacts. The layout
-//! is stated here once; `player/src/playground/frame.ts` reads it.
+//! is stated here once; `player/playground/live.ts` reads it.
 
 use carom::observe::push::pushes;
 use carom::{Column, Geometry, Rotation, StepReport, World};
