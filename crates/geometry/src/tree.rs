@@ -140,6 +140,12 @@ impl<S: Space> Aabb<S> {
             max: S::Vector::from_fn(|i| self.max[i].max(other.max[i])),
         }
     }
+    /// How far two boxes are apart along the axis on which they are so most \[m\]; negative where they overlap.
+    #[inline]
+    pub fn apart(&self, other: &Self) -> f64 {
+        let along = |i: usize| (self.min[i] - other.max[i]).max(other.min[i] - self.max[i]);
+        (0..S::DIM).map(along).fold(f64::NEG_INFINITY, f64::max)
+    }
     /// The box that holds one point \[m\].
     pub fn of_point(point: S::Vector) -> Self {
         Aabb { min: point, max: point }

@@ -273,8 +273,8 @@ pub struct Settings<S: Space> {
     /// Overlap that is left alone \[m\]; `None`: 1e-5 of the smallest body and a quarter of |g| dt^2, which the
     /// slowest contacts leave that have no impact of their own.
     pub correction_slop: Option<f64>,
-    /// Gap up to which contacts are looked for \[m\]; `None`: what a step at the pair's speed can close, at
-    /// least 1e-3 of the smaller body.
+    /// Gap up to which contacts are looked for \[m\]; `None`: what a step at twice the bodies' speeds can
+    /// close, in `soft_step` at twice the speed of their approach; at least 5e-4, there 1e-2, of each body's size.
     pub contact_margin: Option<f64>,
     /// Mixing of the bodies' friction coefficients. Default geometric.
     pub friction_mixing: Mixing,
