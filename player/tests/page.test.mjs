@@ -221,6 +221,34 @@ withPage(
   },
 );
 
+withPage("bodies that sleep are dimmed, and wake", "sleepers.html", {}, async (page) => {
+  const state = (time) =>
+    page.evaluate((t) => {
+      window.carom.seek(t);
+      const { bodies, replay } = window.carom.view;
+      const who = new Uint8Array(replay.bodies);
+      replay.sleepers(window.carom.clock.frame, who);
+      const colours = bodies.batches.flatMap(({ bodies: drawn, fill }) =>
+        [...drawn].map((body, i) => [body, [...fill.instanceColor.array.slice(3 * i, 3 * i + 3)].join()]),
+      );
+      return { who: [...who], colours: Object.fromEntries(colours) };
+    }, time);
+  const before = await state(0);
+  assert.deepEqual(before.who, [0, 0, 0, 0, 0, 0], "nobody sleeps at the beginning");
+  const resting = await state(1.2);
+  assert.deepEqual(resting.who, [0, 1, 1, 1, 1, 0], "boxes sleep, floor and ball do not");
+  for (const body of [1, 2, 3, 4]) assert.notEqual(resting.colours[body], before.colours[body]);
+  for (const body of [0, 5]) assert.equal(resting.colours[body], before.colours[body]);
+  await page.evaluate(() => window.carom.selection.choose(1));
+  await page.getByRole("tab", { name: "Body" }).click();
+  assert.match(await page.locator(".body-panel").innerText(), /asleep/);
+  const struck = await state(1.9);
+  assert.equal(struck.who[1], 0, "the ball woke the box that it struck");
+  await page.evaluate(() => window.carom.selection.choose(-1));
+  await settled(page);
+  assert.equal((await state(1.9)).colours[1], before.colours[1]);
+});
+
 withPage("names of bodies are text and nothing else", "hostile.html", {}, async (page) => {
   assert.equal(await page.evaluate(() => window.broken), undefined);
   const names = await page.evaluate(() => window.carom.replays[0].names);
