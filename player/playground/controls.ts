@@ -135,7 +135,7 @@ export class Controls {
       soft = settings.soft;
       box.checked = soft?.sleeping === true;
       box.disabled = settings.scheme !== "soft_step";
-      told.value = box.disabled ? "by soft_step only" : "";
+      told.value = box.disabled ? "soft_step only" : "";
     });
     return this.row(
       "sleep",
@@ -164,7 +164,8 @@ export class Controls {
       const value = settings[name];
       select.value = value === null || value === undefined ? OWN : String(value);
       select.disabled = settings.scheme === "soft_step" && name !== "scheme";
-      if (own !== undefined && name !== "scheme") select.options[0].text = `${own}: ${about[name]}`;
+      if (own !== undefined && name !== "scheme")
+        select.options[0].text = select.disabled ? own : `${own}: ${about[name]}`;
     });
     return this.row(name, title, select);
   }

@@ -221,6 +221,38 @@ withPage(
   },
 );
 
+withPage("the camera follows the chosen body", "plane.html", {}, async (page) => {
+  const place = (time) =>
+    page.evaluate((t) => {
+      window.carom.seek(t);
+      const { x, y } = window.carom.view.bodyOnScreen(4);
+      return [x, y];
+    }, time);
+  await page.evaluate(() => window.carom.selection.choose(4));
+  const [begin] = [await place(0)];
+  const free = await place(1.2);
+  assert.ok(Math.abs(free[0] - begin[0]) > 20, "the disc rolls over the screen");
+  await page.keyboard.press("f");
+  const held = [await place(0), await place(1.2)];
+  assert.ok(
+    Math.hypot(held[1][0] - held[0][0], held[1][1] - held[0][1]) < 1,
+    "and stands still when followed",
+  );
+});
+
+withPage("contacts are coloured by what they do and by island", "plane.html", {}, async (page) => {
+  await page.evaluate(() => window.carom.seek(1.4));
+  await page.locator("summary", { hasText: "Contacts" }).click();
+  const legend = page.locator(".legend");
+  assert.match(await legend.innerText(), /sticks\s+slips\s+strikes\s+takes off/);
+  const picture = () => page.evaluate(() => window.carom.view.stage.canvas.toDataURL());
+  const byStatus = await picture();
+  await page.getByLabel("colour of contacts").selectOption("island");
+  await settled(page);
+  assert.match(await legend.innerText(), /island/);
+  assert.notEqual(await picture(), byStatus);
+});
+
 withPage("bodies that sleep are dimmed, and wake", "sleepers.html", {}, async (page) => {
   const state = (time) =>
     page.evaluate((t) => {
