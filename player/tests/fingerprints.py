@@ -1,7 +1,7 @@
 """What the installed package makes of the playground's scenes: reads requests as lines of JSON, each
 ``{"load": {"text" | "name", "settings"}, "steps": n}``, and writes FNV-1a of the motion's bits, as
-`crates/playground/src/fingerprint.rs` has it; of ``{.., "bodies": true}`` what the bodies are instead. Scene files go
-through Python's reader.
+`crates/playground/src/fingerprint.rs` has it; of ``{.., "bodies": true}`` what the bodies are instead. Scene
+files go through Python's reader.
 """
 
 import json
@@ -26,7 +26,7 @@ def fingerprint(world: Any) -> str:
 
 
 def bodies(world: Any) -> str:
-    """Inverse masses [1/kg], centres of mass [m], traces of the inverse inertia [1/(kg m^2)] and shapes, as JSON."""
+    """Inverse masses [1/kg], centres of mass [m], traces of inverse inertia [1/(kg m^2)], shapes; as JSON."""
     told = []
     for body in world:
         moves = body.kind == "dynamic"
