@@ -102,7 +102,7 @@ fn spec<S: Geometry>(
             return Err(fields.wrong("kind", format!("must be dynamic, static or kinematic, got '{other}'")));
         }
     };
-    let (shape, inside) = shapes::<S>(fields, kind == BodyKind::Dynamic, files, of)?;
+    let Form { shape, inside } = form::<S>(fields, kind == BodyKind::Dynamic, files, of)?;
     if shape.is_none() && kind != BodyKind::Dynamic {
         return Err(fields.wrong("shape", "is missing; only a dynamic body may be a particle"));
     }
@@ -133,15 +133,21 @@ fn spec<S: Geometry>(
     Ok(spec)
 }
 
-/// The body's shape, its own or that of a mesh, and the solid inside a mesh where its mass is that solid's.
-fn shapes<S: Geometry>(
+/// A body's shape, its own or that of a mesh, and the solid inside a mesh where its mass is that solid's.
+struct Form<S: Geometry> {
+    shape: Option<S::Shape>,
+    inside: Option<S::Shape>,
+}
+
+/// Reads what a body is made of.
+fn form<S: Geometry>(
     fields: &mut Fields,
     is_dynamic: bool,
     files: &mesh::Files,
     of: &str,
-) -> Result<(Option<S::Shape>, Option<S::Shape>), String> {
+) -> Result<Form<S>, String> {
     let own = fields.value("shape").map(|value| shape::read::<S>(value, of)).transpose()?;
-    let Some(value) = fields.value("mesh") else { return Ok((own, None)) };
+    let Some(value) = fields.value("mesh") else { return Ok(Form { shape: own, inside: None }) };
     if own.is_some() {
         return Err(fields.wrong("mesh", "shape and mesh are both given; keep one of them"));
     }
@@ -153,7 +159,7 @@ fn shapes<S: Geometry>(
     }
     let solid = mesh::read(value, files, of)?;
     let inside = solid.inside.map(|value| shape::read::<S>(value, of)).transpose()?;
-    Ok((Some(shape::read::<S>(solid.shape, of)?), inside))
+    Ok(Form { shape: Some(shape::read::<S>(solid.shape, of)?), inside })
 }
 
 /// A rotation as the engine has it; `None` when it has no length.
