@@ -194,6 +194,22 @@ test("mesh files that a scene names are given beside it, or named as missing", o
   assert.equal(await fingerprint(), begun);
 });
 
+test("a scene of meshes gives the same bits in the page and in a native build", options, async () => {
+  await give(SCENE_OF_MESHES, ...MESHES);
+  const { text: read, meshes } = await page.evaluate(() => window.playground.state);
+  const asked = [
+    { load: { text: read, meshes, settings: { scheme: "soft_step" } }, steps: 60 },
+    { load: { text: read, meshes, settings: { scheme: "fixed_step", solver: "pgs" } }, steps: 60 },
+  ];
+  const input = asked.map((each) => JSON.stringify(each)).join("\n");
+  const native = execFileSync(NATIVE, { input, encoding: "utf8" }).trim().split("\n");
+  for (const [i, { load: from, steps }] of asked.entries()) {
+    assert.equal(await load(from), true);
+    await run(steps);
+    assert.equal(await fingerprint(), native[i], JSON.stringify(from.settings));
+  }
+});
+
 test("meshes read in the page are the bodies that Python makes of them", options, async (t) => {
   const python = process.env.CAROM_PYTHON ?? join(ROOT, ".venv/bin/python");
   if (!existsSync(python)) return t.skip("no Python environment here: make test-python");
