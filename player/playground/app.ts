@@ -14,6 +14,7 @@ import { Controls } from "./controls";
 import { letDrag } from "./drag";
 import { type Engine, Restarted } from "./engine";
 import { type About, LiveClock, LiveReplay } from "./live";
+import { isMesh, readMesh, SUFFIXES, type Triangles } from "./meshes";
 import { LivePlots } from "./plots";
 import { TEXTS } from "./scenes";
 import { packed, type Shared } from "./share";
@@ -49,6 +50,8 @@ export class Playground {
   });
   private readonly editor: HTMLElement;
   private readonly scenes: HTMLSelectElement;
+  /** Mesh files that were opened or dropped, by name. */
+  private readonly given: Record<string, Triangles> = {};
   private last = 0;
   private owed = 0;
   private shown = 0;
@@ -98,14 +101,16 @@ export class Playground {
   /** Loads a scene; what is refused leaves the one that is there. Whether it was loaded. */
   load(state: Shared): boolean {
     const { name, text, snapshot, settings } = state;
+    const meshes = text === undefined ? {} : { ...this.namedIn(text), ...state.meshes };
     const known = name !== undefined && text === undefined && snapshot === undefined;
     try {
       const about = this.engine.ask({
         op: "load",
-        ...(known ? { name } : text !== undefined ? { text } : { snapshot }),
+        ...(known ? { name } : text !== undefined ? { text, meshes } : { snapshot }),
         settings: settings ?? {},
       }) as About;
       this.state = { ...state, settings: { ...settings } };
+      if (Object.keys(meshes).length > 0) this.state.meshes = meshes;
       this.show(about);
       if (state.friction !== undefined || state.restitution !== undefined) {
         this.coefficients(state.friction ?? null, state.restitution ?? null);
@@ -278,12 +283,24 @@ export class Playground {
   }
 
   private sceneEditor(): HTMLElement {
-    const file = element("input", { type: "file", accept: ".toml,.json", "aria-label": "scene file" });
-    file.addEventListener("change", () => void this.opened(file.files?.[0]));
+    const file = element("input", {
+      type: "file",
+      accept: `.toml,.json,${SUFFIXES}`,
+      multiple: "",
+      "aria-label": "scene file and its mesh files",
+    });
+    file.addEventListener("change", () => {
+      void this.opened([...(file.files ?? [])]);
+      file.value = ""; // the same file, changed on the disk, can be opened again
+    });
     return element(
       "div",
       { class: "editor" },
-      element("p", { class: "hint" }, "A scene file, TOML or JSON: write, paste, open or drop one."),
+      element(
+        "p",
+        { class: "hint" },
+        "A scene file, TOML or JSON: write, paste, open or drop one, and the mesh files that it names.",
+      ),
       this.text,
       element(
         "div",
@@ -294,13 +311,31 @@ export class Playground {
     );
   }
 
-  private async opened(file: File | undefined): Promise<void> {
-    if (file) this.load({ text: await file.text() });
+  /** Takes a scene file, mesh files, or both; meshes alone complete the text that is there. */
+  async opened(files: readonly File[]): Promise<void> {
+    if (files.length === 0) return;
+    try {
+      for (const file of files.filter(({ name }) => isMesh(name)))
+        this.given[file.name] = await readMesh(file);
+      const scene = files.find(({ name }) => !isMesh(name));
+      if (scene) this.text.value = await textOf(scene);
+    } catch (error) {
+      this.complain(error);
+      return;
+    }
+    const text = this.text.value;
+    const unused = files.find(({ name }) => isMesh(name) && !text.includes(name));
+    if (this.load({ text }) && unused) this.note(`The scene names no mesh '${unused.name}'.`);
+  }
+
+  /** Those of the mesh files given that a scene's text may mean. */
+  private namedIn(text: string): Record<string, Triangles> {
+    return Object.fromEntries(Object.entries(this.given).filter(([name]) => text.includes(name)));
   }
 
   private async dropped(event: DragEvent): Promise<void> {
     event.preventDefault();
-    await this.opened(event.dataTransfer?.files[0]);
+    await this.opened([...(event.dataTransfer?.files ?? [])]);
   }
 
   private async share(): Promise<void> {
@@ -366,11 +401,13 @@ export class Playground {
     const scheme = settings.scheme === "soft_step" ? "soft_step" : `${settings.scheme}, ${solver}`;
     this.header.querySelector(".told")!.textContent =
       `${counted(live.bodies, "body").replace("bodys", "bodies")}  ·  ${scheme}  ·  dt ${quantity(settings.dt, "s", 3)}`;
+    const asleep = live.asleep;
     session.told.textContent = [
       `${live.time[0].toFixed(3)} s`,
       `${quantity(this.perStep, "ms", 2)} per step`,
       `residual ${quantity(live.residual, "m/s", 2)}`,
       `books close to ${quantity(live.books.closure, "J", 2)}`,
+      ...(asleep > 0 ? [`${asleep} asleep`] : []),
     ].join("  ·  ");
   }
 
@@ -396,5 +433,13 @@ export class Playground {
       this.note(error instanceof Error ? error.message : String(error));
       this.complaint.classList.add("wrong");
     }
+  }
+}
+
+async function textOf(file: File): Promise<string> {
+  try {
+    return await file.text();
+  } catch {
+    throw new Error(`'${file.name}' cannot be read; open or drop files, not their folder`);
   }
 }

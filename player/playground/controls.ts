@@ -49,6 +49,7 @@ export class Controls {
       this.power("iterations", "most iterations of a solve [1]", "", [0, 4], true),
       this.power("tolerance", "residual at which a solve stops [m/s]", "m/s", [-12, -1]),
       this.named("impact", "law of impacts", LAWS, "the scheme's own"),
+      this.sleep(),
     );
     this.show(about);
   }
@@ -124,6 +125,26 @@ export class Controls {
     return this.row(name, title, slider, told);
   }
 
+  /** Whether bodies that rest fall asleep, which soft steps alone can do. */
+  private sleep(): HTMLElement {
+    const box = element("input", { type: "checkbox", "data-control": "sleeping" });
+    const told = element("output");
+    let soft: Settings["soft"];
+    box.addEventListener("change", () => this.changes.set({ soft: { ...soft, sleeping: box.checked } }));
+    this.follow.push((settings) => {
+      soft = settings.soft;
+      box.checked = soft?.sleeping === true;
+      box.disabled = settings.scheme !== "soft_step";
+      told.value = box.disabled ? "soft_step only" : "";
+    });
+    return this.row(
+      "sleep",
+      "bodies that rest fall asleep, and cost nothing until something stirs them",
+      box,
+      told,
+    );
+  }
+
   private named(
     name: "scheme" | "solver" | "impact",
     title: string,
@@ -143,7 +164,8 @@ export class Controls {
       const value = settings[name];
       select.value = value === null || value === undefined ? OWN : String(value);
       select.disabled = settings.scheme === "soft_step" && name !== "scheme";
-      if (own !== undefined && name !== "scheme") select.options[0].text = `${own}: ${about[name]}`;
+      if (own !== undefined && name !== "scheme")
+        select.options[0].text = select.disabled ? own : `${own}: ${about[name]}`;
     });
     return this.row(name, title, select);
   }

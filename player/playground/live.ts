@@ -11,7 +11,14 @@ export interface About {
   name: string;
   description: string;
   gravity: number[];
-  settings: Record<string, unknown> & { dt: number; scheme: string; tolerance: number; iterations: number };
+  settings: Record<string, unknown> & {
+    dt: number;
+    scheme: string;
+    tolerance: number;
+    iterations: number;
+  } & {
+    soft?: { sleeping?: boolean };
+  };
   solver: string;
   impact: string;
   names: string[];
@@ -117,6 +124,13 @@ export class LiveReplay implements Omit<Public<Replay>, "payload" | "steps"> {
   /** Steps taken. */
   get taken(): number {
     return this.now[STEPS];
+  }
+
+  /** Bodies that sleep. */
+  get asleep(): number {
+    const who = new Uint8Array(this.bodies);
+    this.sleepers(0, who);
+    return who.reduce((sum, one) => sum + one, 0);
   }
 
   /** Largest residual of the last frame's steps [m/s]. */
@@ -232,6 +246,26 @@ export class LiveReplay implements Omit<Public<Replay>, "payload" | "steps"> {
     const width = d === 2 ? 1 : 3;
     const at = FIGURES + this.bodies * (2 * d + (d === 2 ? 2 : 4)) + body * width;
     return Float32Array.from(this.now.subarray(at, at + width));
+  }
+
+  /** As the replay's, exact: what is held has no velocity at all. */
+  sleepers(_: number, into: Uint8Array): void {
+    into.fill(0);
+    const { scheme, soft } = this.about.settings;
+    if (this.taken === 0 || scheme !== "soft_step" || !soft?.sleeping) return;
+    const d = this.dimension;
+    const turns = d === 2 ? 1 : 3;
+    const [velocity, spin] = [
+      this.bodies * (d + (d === 2 ? 2 : 4)),
+      this.bodies * (2 * d + (d === 2 ? 2 : 4)),
+    ];
+    const rests = (from: number, count: number): boolean => {
+      for (let i = 0; i < count; i++) if (this.now[FIGURES + from + i] !== 0) return false;
+      return true;
+    };
+    for (let i = 0; i < this.bodies; i++) {
+      if (this.kind[i] === 0 && rests(velocity + i * d, d) && rests(spin + i * turns, turns)) into[i] = 1;
+    }
   }
 
   contacts(): Contacts {

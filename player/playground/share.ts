@@ -1,9 +1,12 @@
 /** The state of the page as the end of its address: JSON, deflated, base64url. Nothing is sent anywhere. */
 
-/** What a link holds: the scene as it was chosen or written, or the whole state of a run. */
+import type { Triangles } from "./meshes";
+
+/** What a link holds: the scene as it was chosen or written, with its meshes, or the whole state of a run. */
 export interface Shared {
   name?: string;
   text?: string;
+  meshes?: Record<string, Triangles>;
   snapshot?: string;
   settings?: Record<string, unknown>;
   friction?: number;

@@ -221,6 +221,66 @@ withPage(
   },
 );
 
+withPage("the camera follows the chosen body", "plane.html", {}, async (page) => {
+  const place = (time) =>
+    page.evaluate((t) => {
+      window.carom.seek(t);
+      const { x, y } = window.carom.view.bodyOnScreen(4);
+      return [x, y];
+    }, time);
+  await page.evaluate(() => window.carom.selection.choose(4));
+  const [begin] = [await place(0)];
+  const free = await place(1.2);
+  assert.ok(Math.abs(free[0] - begin[0]) > 20, "the disc rolls over the screen");
+  await page.keyboard.press("f");
+  const held = [await place(0), await place(1.2)];
+  assert.ok(
+    Math.hypot(held[1][0] - held[0][0], held[1][1] - held[0][1]) < 1,
+    "and stands still when followed",
+  );
+});
+
+withPage("contacts are coloured by what they do and by island", "plane.html", {}, async (page) => {
+  await page.evaluate(() => window.carom.seek(1.4));
+  await page.locator("summary", { hasText: "Contacts" }).click();
+  const legend = page.locator(".legend");
+  assert.match(await legend.innerText(), /sticks\s+slips\s+strikes\s+takes off/);
+  const picture = () => page.evaluate(() => window.carom.view.stage.canvas.toDataURL());
+  const byStatus = await picture();
+  await page.getByLabel("colour of contacts").selectOption("island");
+  await settled(page);
+  assert.match(await legend.innerText(), /island/);
+  assert.notEqual(await picture(), byStatus);
+});
+
+withPage("bodies that sleep are dimmed, and wake", "sleepers.html", {}, async (page) => {
+  const state = (time) =>
+    page.evaluate((t) => {
+      window.carom.seek(t);
+      const { bodies, replay } = window.carom.view;
+      const who = new Uint8Array(replay.bodies);
+      replay.sleepers(window.carom.clock.frame, who);
+      const colours = bodies.batches.flatMap(({ bodies: drawn, fill }) =>
+        [...drawn].map((body, i) => [body, [...fill.instanceColor.array.slice(3 * i, 3 * i + 3)].join()]),
+      );
+      return { who: [...who], colours: Object.fromEntries(colours) };
+    }, time);
+  const before = await state(0);
+  assert.deepEqual(before.who, [0, 0, 0, 0, 0, 0], "nobody sleeps at the beginning");
+  const resting = await state(1.2);
+  assert.deepEqual(resting.who, [0, 1, 1, 1, 1, 0], "boxes sleep, floor and ball do not");
+  for (const body of [1, 2, 3, 4]) assert.notEqual(resting.colours[body], before.colours[body]);
+  for (const body of [0, 5]) assert.equal(resting.colours[body], before.colours[body]);
+  await page.evaluate(() => window.carom.selection.choose(1));
+  await page.getByRole("tab", { name: "Body" }).click();
+  assert.match(await page.locator(".body-panel").innerText(), /asleep/);
+  const struck = await state(1.9);
+  assert.equal(struck.who[1], 0, "the ball woke the box that it struck");
+  await page.evaluate(() => window.carom.selection.choose(-1));
+  await settled(page);
+  assert.equal((await state(1.9)).colours[1], before.colours[1]);
+});
+
 withPage("names of bodies are text and nothing else", "hostile.html", {}, async (page) => {
   assert.equal(await page.evaluate(() => window.broken), undefined);
   const names = await page.evaluate(() => window.carom.replays[0].names);

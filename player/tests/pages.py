@@ -119,6 +119,17 @@ def hostile() -> Any:
     return world
 
 
+def sleepers() -> Any:
+    """Boxes at rest, which fall asleep, and a ball that comes later and wakes some of them."""
+    world = planar.World(scheme="soft_step", soft={"sleeping": True}, dt=1 / 60)
+    world.add_static("floor", planar.HalfPlane(normal=(0, 1)), friction=0.5)
+    for i in range(4):
+        where = (1.5 * (i // 2), 0.5 + i % 2)
+        world.add_body(f"box{i}", planar.Box(1, 1), density=2.0, position=where, friction=0.5)
+    world.add_body("ball", planar.Circle(0.4), density=2.0, position=(-8, 0.6), velocity=(5, 0), friction=0)
+    return world
+
+
 def rain() -> Any:
     """10,000 balls and boxes over the ground."""
     world = spatial.World(dt=1 / 60)
@@ -146,6 +157,7 @@ def small(folder: Path) -> None:
     drop().run(1.2, every=4).to_html(folder / "space.html")
     gallery_planar().run(1.0, every=4).to_html(folder / "gallery-plane.html")
     gallery_spatial().run(1.0, every=4).to_html(folder / "gallery-space.html")
+    sleepers().run(2.0).to_html(folder / "sleepers.html")
     hostile().run(0.3).to_html(folder / "hostile.html")
     told(folder / "told.h5").to_html(folder / "told.html", explain_seconds=60.0)
     notebook(folder / "notebook.html")

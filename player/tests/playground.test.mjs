@@ -52,6 +52,10 @@ const BOUNCING = {
     { name: "box", shape: { type: "box", size: [1, 2, 3] }, density: 10, position: [0, 0, 4] },
   ],
 };
+const SCENE_OF_MESHES = join(ROOT, "python/carom/scenes/meshes_on_terrain.toml");
+const MESHES = ["terrain.ply", "gear.obj", "nut.stl", "pawn.ply", "bracket.obj", "mug.glb", "rock.stl"].map(
+  (name) => join(ROOT, "python/carom/scenes/meshes", name),
+);
 const SCENES = ["pyramid_small_planar", "seven_objects", "billiard_break_spatial", "double_pendulum_planar"];
 /** Steps that the same bits are asked for, whatever registers a machine has. */
 const EXACTLY = [
@@ -134,6 +138,110 @@ test("scene files read in the page give the bits that Python's reader gives", op
   }
 });
 
+/** Gives files to the page as its dialogue does. */
+async function give(...files) {
+  await page.getByRole("tab", { name: "Scene file" }).click();
+  await page.evaluate(() => {
+    window.opening = new Promise((done) => {
+      const { opened } = window.playground;
+      window.playground.opened = (given) => {
+        window.playground.opened = opened;
+        return opened.call(window.playground, given).then(done);
+      };
+    });
+  });
+  await page.locator("input[type=file]").setInputFiles(files);
+  await page.evaluate(() =>
+    Promise.race([
+      window.opening,
+      new Promise((_, fail) =>
+        setTimeout(() => fail(new Error("the page took no notice of the files")), 60_000),
+      ),
+    ]),
+  );
+}
+
+test("mesh files that a scene names are given beside it, or named as missing", options, async () => {
+  await load({ text: FILES[1] });
+  const there = await fingerprint();
+  await give(SCENE_OF_MESHES);
+  assert.match(await complaint(), /'meshes\/bracket\.obj'.*'meshes\/mug\.glb'.*'meshes\/terrain\.ply'.*drop/);
+  assert.equal(await fingerprint(), there, "what ran before goes on");
+  await give(...MESHES.slice(1));
+  assert.match(await complaint(), /to find 'meshes\/terrain\.ply' in/);
+  await give(MESHES[0]);
+  assert.equal(await complaint(), "");
+  assert.equal(await page.evaluate(() => window.playground.session.live.names.length), 37);
+  // the link holds the meshes too
+  const link = await page.evaluate(() => window.playground.link());
+  const begun = await fingerprint();
+  const other = await opened(new URL(link).hash);
+  assert.equal(await other.evaluate(() => window.playground.fingerprint()), begun);
+  await other.close();
+  await run(5);
+  assert.notEqual(await fingerprint(), begun);
+  assert.equal(await complaint(), "");
+  // a file that the scene does not name, one that is broken, and a scene together with its meshes
+  await give({
+    name: "spare.obj",
+    mimeType: "",
+    buffer: Buffer.from("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+  });
+  assert.match(await page.locator(".complaint").innerText(), /names no mesh 'spare\.obj'/);
+  await give({ name: "broken.stl", mimeType: "", buffer: Buffer.from([1, 2, 3]) });
+  assert.match(await complaint(), /mesh 'broken\.stl'.*STL/);
+  await give(SCENE_OF_MESHES, ...MESHES);
+  assert.equal(await fingerprint(), begun);
+});
+
+test("a scene of meshes gives the same bits in the page and in a native build", options, async () => {
+  await give(SCENE_OF_MESHES, ...MESHES);
+  const { text: read, meshes } = await page.evaluate(() => window.playground.state);
+  const asked = [
+    { load: { text: read, meshes, settings: { scheme: "soft_step" } }, steps: 60 },
+    { load: { text: read, meshes, settings: { scheme: "fixed_step", solver: "pgs" } }, steps: 60 },
+  ];
+  const input = asked.map((each) => JSON.stringify(each)).join("\n");
+  const native = execFileSync(NATIVE, { input, encoding: "utf8" }).trim().split("\n");
+  for (const [i, { load: from, steps }] of asked.entries()) {
+    assert.equal(await load(from), true);
+    await run(steps);
+    assert.equal(await fingerprint(), native[i], JSON.stringify(from.settings));
+  }
+});
+
+test("meshes read in the page are the bodies that Python makes of them", options, async (t) => {
+  const python = process.env.CAROM_PYTHON ?? join(ROOT, ".venv/bin/python");
+  if (!existsSync(python)) return t.skip("no Python environment here: make test-python");
+  await give(SCENE_OF_MESHES, ...MESHES);
+  const about = await page.evaluate(() => window.playground.session.live.about);
+  const input = JSON.stringify({ load: { name: "meshes_on_terrain" }, bodies: true });
+  const told = JSON.parse(execFileSync(python, [join(HERE, "fingerprints.py")], { input, encoding: "utf8" }));
+  assert.equal(told.length, about.names.length);
+  const close = (one, other, what) =>
+    assert.ok(
+      Math.abs(one - other) <= 1e-9 * Math.max(1e-3, Math.abs(other)),
+      `${what}: ${one}, not ${other}`,
+    );
+  const same = (one, other, what) => {
+    if (typeof other === "number") return close(one, other, what);
+    if (typeof other !== "object") return assert.equal(one, other, what);
+    assert.deepEqual(Object.keys(one).sort(), Object.keys(other).sort(), what);
+    for (const key of Object.keys(other)) same(one[key], other[key], `${what}.${key}`);
+  };
+  told.forEach(({ inverse_mass, center, trace, shape }, i) => {
+    const name = about.names[i];
+    close(about.inverse_mass[i], inverse_mass, `inverse mass of ${name}`);
+    close(
+      about.inverse_inertia[i].slice(0, 3).reduce((a, b) => a + b),
+      trace,
+      `inverse inertia of ${name}`,
+    );
+    for (let k = 0; k < 3; k++) close(about.center[3 * i + k], center[k], `centre of ${name}`);
+    same(about.shapes[about.shape[i]], shape, `shape of ${name}`);
+  });
+});
+
 test("dragging lifts a body, and the books have the work", options, async () => {
   await load({ text: FILES[0] });
   const body = await page.evaluate(() => {
@@ -200,6 +308,71 @@ test("sliders and choices change what is computed", options, async () => {
   assert.equal(await complaint(), "");
 });
 
+test("bodies that rest fall asleep where that is asked for, and are told", options, async () => {
+  await load({ text: FILES[0], settings: { scheme: "fixed_step" } });
+  const box = page.locator('[data-control="sleeping"]');
+  await page.getByRole("tab", { name: "Controls" }).click();
+  assert.ok(await box.isDisabled(), "soft steps alone put bodies to sleep");
+  await page.locator('[data-control="scheme"]').selectOption("soft_step");
+  await run(900);
+  const figures = () => page.locator("output.figures").innerText();
+  assert.doesNotMatch(await figures(), /asleep/);
+  await box.check();
+  assert.equal(await complaint(), "");
+  const { soft } = await page.evaluate(() => window.playground.session.live.about.settings);
+  assert.equal(soft.sleeping, true);
+  assert.equal(soft.substeps, 4, "the other choices stay");
+  await run(900);
+  const asleep = await page.evaluate(() => window.playground.session.live.asleep);
+  assert.ok(asleep >= 10, `${asleep} asleep`);
+  await page.waitForFunction(() => /1\d asleep/.test(document.querySelector("output.figures").textContent));
+  await box.uncheck();
+  await run(1);
+  assert.equal(await page.evaluate(() => window.playground.session.live.asleep), 0);
+});
+
+test("on a phone nothing is wider than the screen, and a finger drags a body", options, async () => {
+  const phone = await Browser.start({
+    viewport: { width: 390, height: 844 },
+    hasTouch: true,
+    isMobile: true,
+  });
+  try {
+    const made = await phone.context.newPage();
+    await made.goto(pathToFileURL(PAGE).href);
+    await made.waitForFunction(() => window.playground || window.caromError, null, { timeout: 60_000 });
+    const widths = await made.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+    assert.ok(widths[0] <= widths[1], `${widths[0]} > ${widths[1]} pixels`);
+    const { body, x, y } = await made.evaluate(() => {
+      const { view, live } = window.playground.session;
+      const box = view.stage.canvas.getBoundingClientRect();
+      const body = live.names.indexOf("box 0 in layer 3");
+      const at = view.bodyOnScreen(body);
+      return { body, x: box.left + at.x, y: box.top + at.y };
+    });
+    const height = () =>
+      made.evaluate((i) => {
+        const into = new Float64Array(3);
+        window.playground.session.live.position(0, i, into);
+        return into[1];
+      }, body);
+    const before = await height();
+    const session = await made.context().newCDPSession(made);
+    const touch = (type, ...points) =>
+      session.send("Input.dispatchTouchEvent", {
+        type,
+        touchPoints: points.map(([px, py]) => ({ x: px, y: py })),
+      });
+    await touch("touchStart", [x, y]);
+    for (const up of [20, 40, 60]) await touch("touchMove", [x, y - up]);
+    for (let i = 0; i < 100 && (await height()) < before + 0.3; i++) await made.waitForTimeout(100);
+    await touch("touchEnd");
+    assert.ok((await height()) > before + 0.3, `from ${before} m to ${await height()} m`);
+  } finally {
+    await phone.close();
+  }
+});
+
 test(
   "figures of a scene that stands are those of its last step, however quickly it came",
   options,
@@ -262,7 +435,7 @@ test("what cannot be read is told, and the scene goes on", options, async () => 
     [JSON.stringify(body({ shape: { type: "egg" } })), /odd.*egg/],
     [JSON.stringify(body({ frction: 1 })), /odd.*frction/],
     [JSON.stringify(body({ friction: "much" })), /odd.*friction.*much/],
-    [JSON.stringify(body({ mesh: { file: "a.obj", as: "hull" } })), /odd.*mesh/],
+    [JSON.stringify(body({ mesh: { file: "a.obj", as: "hull" } })), /mesh.*'a\.obj'.*drop/],
     [JSON.stringify({ ...BOUNCING, world: { dt: -1 } }), /dt/],
   ]) {
     assert.equal(await load({ text: scene }), false);

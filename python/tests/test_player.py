@@ -106,6 +106,15 @@ def test_shapes_and_centres_of_mass_are_in_the_run_and_its_file(tmp_path: Path) 
         assert np.array_equal(each.header.center[0], body.mass_properties.center_of_mass)
 
 
+def test_a_page_tells_whether_bodies_may_sleep(tmp_path: Path) -> None:
+    soft: Any = {"scheme": "soft_step", "soft": {"sleeping": True}}
+    for settings, told in (({}, False), ({"scheme": "soft_step"}, False), (soft, True)):
+        world = planar.World(dt=1 / 60, **settings)
+        world.add_body("ball", planar.Circle(0.1), mass=1.0)
+        [table] = tables_of(world.run(0.1).to_html(tmp_path / "run.html").read_text(encoding="utf-8"))
+        assert table["sleeping"] is told
+
+
 def test_names_cannot_end_the_script_that_holds_them(tmp_path: Path) -> None:
     plain = stack().run(0.1).to_html(tmp_path / "plain.html").read_text(encoding="utf-8")
     hostile = stack(HOSTILE).run(0.1).to_html(tmp_path / "hostile.html").read_text(encoding="utf-8")

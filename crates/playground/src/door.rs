@@ -1,6 +1,6 @@
 //! The functions that WebAssembly exports: numbers in, numbers out, and two stretches of memory: one that the page
 //! writes requests into, one that it reads answers from. No pointer is followed here; the page's side is
-//! `player/src/playground/engine.ts`.
+//! `player/playground/engine.ts`.
 //!
 //! `no_mangle` counts as unsafe because two symbols of one name would clash; these stand in one file and begin with
 //! `carom_` ([ADR 6](../../../docs/adr/0006-where-unsafe-lives.md)).

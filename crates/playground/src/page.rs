@@ -2,7 +2,7 @@
 //! sentence, and whatever ran before goes on.
 
 use crate::run::{Live, Run};
-use crate::scene::{self, About, AnyWorld};
+use crate::scene::{self, About, AnyWorld, mesh};
 use carom::{World2, World3};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -13,13 +13,16 @@ use serde_json::{Map, Value, json};
 enum Request {
     /// The scenes that are known by name.
     Scenes,
-    /// Another scene: by name, by its text, or from a snapshot; settings replace its own.
+    /// Another scene: by name, by its text with the triangles of its mesh files, or from a snapshot; settings replace
+    /// its own.
     Load {
         name: Option<String>,
         text: Option<String>,
         snapshot: Option<String>,
         #[serde(default)]
         settings: Map<String, Value>,
+        #[serde(default)]
+        meshes: mesh::Files,
     },
     /// Other settings, from the next step on.
     Set { settings: Map<String, Value> },
@@ -52,8 +55,8 @@ impl Page {
         let request: Request = serde_json::from_str(request).map_err(|e| format!("request: {e}"))?;
         match request {
             Request::Scenes => return Ok(scenes()),
-            Request::Load { name, text, snapshot, settings } => {
-                let run = loaded(name, text, snapshot, settings)?;
+            Request::Load { name, text, snapshot, settings, meshes } => {
+                let run = loaded((name, text, snapshot), settings, &meshes)?;
                 let about = run.about();
                 self.run = Some(run);
                 return Ok(about);
@@ -99,14 +102,13 @@ fn scenes() -> Value {
 }
 
 fn loaded(
-    name: Option<String>,
-    text: Option<String>,
-    snapshot: Option<String>,
+    from: (Option<String>, Option<String>, Option<String>),
     settings: Map<String, Value>,
+    meshes: &mesh::Files,
 ) -> Result<Box<dyn Run>, String> {
-    let (world, about) = match (name, text, snapshot) {
+    let (world, about) = match from {
         (Some(name), None, None) => named(&name)?,
-        (None, Some(text), None) => return Ok(boxed(scene::read(&text, &settings)?)),
+        (None, Some(text), None) => return Ok(boxed(scene::read(&text, &settings, meshes)?)),
         (None, None, Some(snapshot)) => (restored(&snapshot)?, About::default()),
         _ => return Err("load: give name, text or snapshot".into()),
     };

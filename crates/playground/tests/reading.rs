@@ -95,7 +95,7 @@ rotation = { axis = [0, 0, 1], degrees = 30 }
 repeat = { count = [2], step = [[1.0, 0.0, 0.0]] }
 scatter = { position = [0.1, 0.2, 0.0], rotation = 0.3, seed = 5 }
 "#;
-    let (world, _) = scene::read(text, &Map::new()).unwrap();
+    let (world, _) = scene::read(text, &Map::new(), &scene::mesh::Files::new()).unwrap();
     let AnyWorld::Spatial(world) = world else { panic!("a world of space") };
     // carom.scene.load_scene(..).build() of the same text
     let positions =

@@ -39,6 +39,8 @@ export interface Table {
   ms_per_step: number | null;
   gravity: number[];
   settings: Record<string, string | number | boolean>;
+  /** Whether bodies may fall asleep; absent in pages from before. */
+  sleeping?: boolean;
   names: string[];
   energy_closure: number;
   worst: Extreme;

@@ -136,6 +136,24 @@ export class Replay {
     return this.halves("angular_velocity", at, at + width);
   }
 
+  /** Writes 1 for each body that sleeps at a frame, else 0: in runs with sleep, what is held has no velocity at all. */
+  sleepers(frame: number, into: Uint8Array): void {
+    into.fill(0);
+    if (frame === 0 || !this.table.sleeping) return;
+    const row = nearest(this.detailFrames, frame) * this.bodies;
+    const [d, turns] = this.dimension === 2 ? [2, 1] : [3, 3];
+    const velocity = this.payload.codes("velocity", row * d, (row + this.bodies) * d);
+    const spin = this.payload.codes("angular_velocity", row * turns, (row + this.bodies) * turns);
+    const rests = (codes: Uint16Array, begin: number, end: number): boolean => {
+      for (let i = begin; i < end; i++) if (codes[i] & 0x7fff) return false; // but for the sign all bits are 0
+      return true;
+    };
+    for (let i = 0; i < this.bodies; i++) {
+      const held = this.kind[i] === 0 && rests(velocity, i * d, i * d + d);
+      if (held && rests(spin, i * turns, (i + 1) * turns)) into[i] = 1;
+    }
+  }
+
   /** Contacts at a frame. */
   contacts(frame: number): Contacts {
     const row = nearest(this.detailFrames, frame);

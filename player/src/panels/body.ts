@@ -67,7 +67,7 @@ export class BodyPanel {
     const spin = replay.angularVelocity(frame, body);
     const inverse = replay.inverseMass[body];
     const rows: [string, string][] = [
-      ["kind", KINDS[replay.kind[body]]],
+      ["kind", KINDS[replay.kind[body]] + (this.sleeps(body) ? ", asleep" : "")],
       ["mass", inverse > 0 ? quantity(1 / inverse, "kg") : "∞"],
       ["centre of mass", vector(position.subarray(0, d), "m")],
       ["rotation", rotationText(quaternion, d)],
@@ -83,6 +83,12 @@ export class BodyPanel {
       rows.push(["potential energy", quantity(height / inverse, "J")]);
     }
     return facts(rows);
+  }
+
+  private sleeps(body: number): boolean {
+    const who = new Uint8Array(this.replay.bodies);
+    this.replay.sleepers(this.clock.frame, who);
+    return who[body] === 1;
   }
 
   private touching(body: number): HTMLElement {

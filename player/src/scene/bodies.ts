@@ -17,6 +17,8 @@ const GLASS = 0.3;
 export const MANY = 300;
 /** Forms of space that fewer pieces share than this are drawn together; beyond it corners would take much memory. */
 const FEW = 50_000;
+/** How far colours of what sleeps go towards those of obstacles [1]. */
+const DIMMED = 0.7;
 /** Size of a body without a shape, as a share of the scene's [1]. */
 const PARTICLE = 0.006;
 
@@ -27,6 +29,10 @@ export class Bodies {
   readonly obstacles = new Group();
   private readonly batches: Batch[];
   private shown = -1;
+  /** Who sleeps at the frame shown, as 0 and 1, and at the one coloured last. */
+  private asleep: Uint8Array;
+  private dimmed: Uint8Array;
+  private pointed: { hovered: readonly number[]; chosen: number } = { hovered: [], chosen: -1 };
   private readonly position = new Float64Array(3);
   private readonly quaternion = new Float64Array(4);
 
@@ -35,6 +41,8 @@ export class Bodies {
     private readonly look: Look,
     reach: number,
   ) {
+    this.asleep = new Uint8Array(replay.bodies);
+    this.dimmed = new Uint8Array(replay.bodies);
     this.batches = this.batched(gathered(replay, reach));
     for (const { fill, edges, bodies } of this.batches) {
       const group = replay.kind[bodies[0]] === 1 ? this.obstacles : this.group;
@@ -63,17 +71,27 @@ export class Bodies {
       }
       if (moved) batch.moved();
     }
+    this.replay.sleepers(frame, this.asleep);
+    if (this.asleep.some((sleeps, i) => sleeps !== this.dimmed[i])) {
+      this.recolour(this.pointed.hovered, this.pointed.chosen);
+    }
   }
 
   /** Colours all bodies: some are pointed at, one is chosen. */
   recolour(hovered: readonly number[], chosen: number): void {
+    this.pointed = { hovered, chosen };
+    this.dimmed.set(this.asleep);
     const colours = theme();
-    const colour = new Color();
+    const [colour, dull] = [new Color(), new Color()];
     for (const batch of this.batches) {
       const ghost = this.look === "ghost" && this.replay.kind[batch.bodies[0]] !== 1;
       batch.edges.material.color.set(ghost ? colours.ghost : colours.edge);
       batch.bodies.forEach((body, i) => {
-        batch.paint(i, colour.set(this.colourOf(body, hovered.includes(body), body === chosen)));
+        const isPointed = hovered.includes(body);
+        colour.set(this.colourOf(body, isPointed, body === chosen));
+        if (this.asleep[body] && !isPointed && body !== chosen)
+          colour.lerp(dull.set(colours.obstacle), DIMMED);
+        batch.paint(i, colour);
       });
       batch.painted();
     }

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -138,12 +139,19 @@ def _about(run: Run) -> dict[str, Any]:
         "ms_per_step": run.ms_per_step if math.isfinite(run.ms_per_step) else None,
         "gravity": gravity,
         "settings": {name: _told(value) for name, value in header.settings.items() if value is not None},
+        "sleeping": _may_sleep(header.settings),
         "names": list(run.names),
         "joints": [dict(joint) for joint in header.joints],
         "energy_closure": run.energy_closure,
         "worst": _extreme(run.worst),
         "deepest": _extreme(run.deepest),
     }
+
+
+def _may_sleep(settings: Mapping[str, Any]) -> bool:
+    """Whether bodies of a run may fall asleep: what is held has no velocity then."""
+    soft = settings.get("soft")
+    return settings.get("scheme") == "soft_step" and isinstance(soft, dict) and soft.get("sleeping") is True
 
 
 def _told(value: Any) -> Any:

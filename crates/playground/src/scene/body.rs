@@ -2,6 +2,7 @@
 
 use super::copies::copies;
 use super::fields::Fields;
+use super::mesh;
 use super::rotation::Turned;
 use super::scatter::Scatter;
 use super::shape;
@@ -56,22 +57,18 @@ pub fn add<S: Geometry>(
     number: usize,
     value: Value,
     materials: &Materials,
+    files: &mesh::Files,
 ) -> Result<(), String> {
     let mut fields = Fields::new(format!("body {}", number + 1), value)?;
     let name: String = fields.need("name")?;
     let of = format!("body '{name}'");
     fields.called(of.clone());
-    if fields.value("mesh").is_some() {
-        return Err(
-            fields.wrong("mesh", "mesh files cannot be read here; write a tri_mesh or convex_hull shape")
-        );
-    }
     let scatter = fields.value("scatter");
     let mut scatter = scatter.map(|value| Scatter::read(&name, value, S::DIM, &of)).transpose()?;
     let repeat = fields.value("repeat");
     let rotation = fields.value("rotation");
     let rotation = rotation.map(|value| Turned::read(value, S::DIM, &of)).transpose()?;
-    let spec = spec::<S>(&mut fields, materials, &of)?;
+    let spec = spec::<S>(&mut fields, materials, files, &of)?;
     fields.finish()?;
     for copy in copies(&name, repeat, S::DIM, &of)? {
         let mut displacement = S::Vector::from_slice(&copy.displacement).unwrap_or(S::Vector::ZERO);
@@ -91,7 +88,12 @@ pub fn add<S: Geometry>(
     Ok(())
 }
 
-fn spec<S: Geometry>(fields: &mut Fields, materials: &Materials, of: &str) -> Result<BodySpec<S>, String> {
+fn spec<S: Geometry>(
+    fields: &mut Fields,
+    materials: &Materials,
+    files: &mesh::Files,
+    of: &str,
+) -> Result<BodySpec<S>, String> {
     let kind = match fields.take::<String>("kind")?.as_deref() {
         None | Some("dynamic") => BodyKind::Dynamic,
         Some("static") => BodyKind::Fixed,
@@ -100,8 +102,7 @@ fn spec<S: Geometry>(fields: &mut Fields, materials: &Materials, of: &str) -> Re
             return Err(fields.wrong("kind", format!("must be dynamic, static or kinematic, got '{other}'")));
         }
     };
-    let given_shape = fields.value("shape");
-    let shape = given_shape.map(|value| shape::read::<S>(value, of)).transpose()?;
+    let Form { shape, inside } = form::<S>(fields, kind == BodyKind::Dynamic, files, of)?;
     if shape.is_none() && kind != BodyKind::Dynamic {
         return Err(fields.wrong("shape", "is missing; only a dynamic body may be a particle"));
     }
@@ -127,9 +128,38 @@ fn spec<S: Geometry>(fields: &mut Fields, materials: &Materials, of: &str) -> Re
         ..BodySpec::particle(None, 1.0)
     };
     place(fields, &mut spec, shape.is_none())?;
-    mass(fields, &mut spec, shape.as_ref(), density)?;
+    mass(fields, &mut spec, (shape.as_ref(), inside.as_ref()), density)?;
     spec.shape = shape;
     Ok(spec)
+}
+
+/// A body's shape, its own or that of a mesh, and the solid inside a mesh where its mass is that solid's.
+struct Form<S: Geometry> {
+    shape: Option<S::Shape>,
+    inside: Option<S::Shape>,
+}
+
+/// Reads what a body is made of.
+fn form<S: Geometry>(
+    fields: &mut Fields,
+    is_dynamic: bool,
+    files: &mesh::Files,
+    of: &str,
+) -> Result<Form<S>, String> {
+    let own = fields.value("shape").map(|value| shape::read::<S>(value, of)).transpose()?;
+    let Some(value) = fields.value("mesh") else { return Ok(Form { shape: own, inside: None }) };
+    if own.is_some() {
+        return Err(fields.wrong("mesh", "shape and mesh are both given; keep one of them"));
+    }
+    if S::DIM == 2 {
+        return Err(fields.wrong("mesh", "belongs to space; write a polygon in the plane"));
+    }
+    if is_dynamic && value["as"] == "static" {
+        return Err(fields.wrong("mesh", "as = \"static\" cannot belong to a dynamic body"));
+    }
+    let solid = mesh::read(value, files, of)?;
+    let inside = solid.inside.map(|value| shape::read::<S>(value, of)).transpose()?;
+    Ok(Form { shape: Some(shape::read::<S>(solid.shape, of)?), inside })
 }
 
 /// A rotation as the engine has it; `None` when it has no length.
@@ -161,11 +191,11 @@ fn place<S: Geometry>(fields: &mut Fields, spec: &mut BodySpec<S>, is_particle: 
     Ok(())
 }
 
-/// Where the mass comes from, damping, and whether forces turn the body.
+/// Where the mass comes from, damping, and whether forces turn the body; the solid inside a mesh comes before its shape.
 fn mass<S: Geometry>(
     fields: &mut Fields,
     spec: &mut BodySpec<S>,
-    shape: Option<&S::Shape>,
+    (shape, inside): (Option<&S::Shape>, Option<&S::Shape>),
     of_material: Option<f64>,
 ) -> Result<(), String> {
     let (mass, own) = (fields.take::<f64>("mass")?, fields.take::<f64>("density")?);
@@ -184,7 +214,17 @@ fn mass<S: Geometry>(
     if mass.is_some() && own.is_some() {
         return Err(fields.wrong("density", "mass and density are both given; keep one of them"));
     }
+    let of_solid = |solid: &S::Shape, mass: Option<f64>, density: f64| {
+        let unit = S::mass_properties(solid, 1.0).map_err(|e| fields.wrong("mesh", e))?;
+        let weight = mass.map_or(density, |mass| mass / unit.mass);
+        S::mass_properties(solid, weight).map(MassSource::Given).map_err(|e| fields.wrong("mesh", e))
+    };
+    let alone = inertia.is_none() && center.is_none();
     spec.mass = match (mass, own.or(of_material)) {
+        (Some(mass), _) if let Some(solid) = inside.filter(|_| alone) => of_solid(solid, Some(mass), 0.0)?,
+        (None, Some(density)) if let Some(solid) = inside.filter(|_| alone) => {
+            of_solid(solid, None, density)?
+        }
         (Some(mass), _) => match inertia {
             None if center.is_some() => return Err(fields.wrong("center_of_mass", "needs inertia beside it")),
             None => MassSource::Mass(mass),

@@ -1,11 +1,12 @@
 //! Scene files (`schema/scene.schema.json`) read in Rust, from TOML or JSON, into a world of the plane or of space: what
 //! `python/carom/scene` does, for the page. Read are settings, materials, pairs, bodies with all shapes, copies by
-//! `repeat` with their `scatter`, and joints; refused by name are mesh files, which a page has no folder for.
+//! `repeat` with their `scatter`, and joints; of mesh files the triangles, which the page hands over beside the text.
 
 mod body;
 mod copies;
 mod fields;
 mod joint;
+pub mod mesh;
 mod rotation;
 mod scatter;
 mod shape;
@@ -36,11 +37,16 @@ pub struct About {
     pub duration: f64,
 }
 
-/// Reads a scene's text, TOML or JSON; `settings` are replaced in its world table.
+/// Reads a scene's text, TOML or JSON, and the triangles of the mesh files that it names; `settings` are replaced in
+/// its world table.
 ///
 /// # Errors
 /// One sentence that names the body, joint or setting, its field, and what is wrong.
-pub fn read(text: &str, settings: &Map<String, Value>) -> Result<(AnyWorld, About), String> {
+pub fn read(
+    text: &str,
+    settings: &Map<String, Value>,
+    files: &mesh::Files,
+) -> Result<(AnyWorld, About), String> {
     if text.len() > MOST_BYTES {
         return Err(format!("scene of {} bytes is larger than {MOST_BYTES}", text.len()));
     }
@@ -56,8 +62,8 @@ pub fn read(text: &str, settings: &Map<String, Value>) -> Result<(AnyWorld, Abou
         duration: scene.take("duration")?.unwrap_or(5.0),
     };
     let world = match space.as_str() {
-        "planar" => AnyWorld::Planar(Box::new(build::<Planar>(scene, settings)?)),
-        "spatial" => AnyWorld::Spatial(Box::new(build::<Spatial>(scene, settings)?)),
+        "planar" => AnyWorld::Planar(Box::new(build::<Planar>(scene, settings, files)?)),
+        "spatial" => AnyWorld::Spatial(Box::new(build::<Spatial>(scene, settings, files)?)),
         other => return Err(scene.wrong("space", format!("must be planar or spatial, got '{other}'"))),
     };
     Ok((world, about))
@@ -77,7 +83,11 @@ fn parsed(text: &str) -> Result<Value, String> {
     })
 }
 
-fn build<S: Geometry>(mut scene: Fields, given: &Map<String, Value>) -> Result<World<S>, String> {
+fn build<S: Geometry>(
+    mut scene: Fields,
+    given: &Map<String, Value>,
+    files: &mesh::Files,
+) -> Result<World<S>, String> {
     let mut asked: Map<String, Value> = scene.take("world")?.unwrap_or_default();
     asked.extend(given.clone());
     let materials: Map<String, Value> = scene.take("materials")?.unwrap_or_default();
@@ -86,9 +96,12 @@ fn build<S: Geometry>(mut scene: Fields, given: &Map<String, Value>) -> Result<W
     let joints: Vec<Value> = scene.take("joint")?.unwrap_or_default();
     let pairs: Vec<Value> = scene.take("pair")?.unwrap_or_default();
     scene.finish()?;
+    if S::DIM == 3 {
+        mesh::check(files, &bodies)?;
+    }
     let mut world = World::new(settings::<S>(&Settings::default(), asked)?).map_err(|e| e.to_string())?;
     for (number, value) in bodies.into_iter().enumerate() {
-        body::add(&mut world, number, value, &materials)?;
+        body::add(&mut world, number, value, &materials, files)?;
         if world.bodies().len() > copies::MOST_BODIES {
             return Err(format!(
                 "scene of more than {} bodies; lower the counts of repeat",
