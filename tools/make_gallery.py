@@ -26,6 +26,8 @@ SCRIPTS = ROOT / "examples/gallery"
 MADE = ROOT / "docs/gallery/made"
 #: A replay takes about this much beside the page itself; longer runs are thinned [bytes].
 MOST_BYTES = 2_500_000
+#: Parts a scene from the lines that draw it, where both together are more than the fifteen promised.
+PICTURE = "# the picture"
 #: Scenes in the order in which they are shown.
 ORDER = (
     "newtons_cradle", "brick", "seven_objects", "heavy_top", "dzhanibekov", "card_house", "arch",
@@ -83,14 +85,19 @@ def words(world: Any) -> str:
     return f"The step after the last one of the last run, in words:\n\n{explained}\n>\n{certificate}"
 
 
+def lines_of(code: str) -> int:
+    """Lines with something on them."""
+    return sum(1 for line in code.splitlines() if line.strip())
+
+
 def page(name: str, space: dict[str, Any], picture: str, replays: str) -> str:
     """The page of a scene."""
     text = (SCRIPTS / f"{name}.py").read_text()
     tree = ast.parse(text)
     title, _, told = (ast.get_docstring(tree) or name).partition("\n")
     first = tree.body[1].lineno
-    code = "\n".join(text.splitlines()[first - 1 :])
-    lines = sum(1 for line in code.splitlines() if line.strip())
+    scene, _, drawn = "\n".join(text.splitlines()[first - 1 :]).partition(f"\n{PICTURE}\n")
+    then = f"\n\nAnd {lines_of(drawn)} lines for the picture:\n\n```python\n{drawn}\n```" if drawn else ""
     runs: dict[str, Any] = space["runs"]
     return f"""# {title}
 
@@ -102,11 +109,11 @@ def page(name: str, space: dict[str, Any], picture: str, replays: str) -> str:
 
 ## What made it
 
-`examples/gallery/{name}.py`, {lines} lines:
+`examples/gallery/{name}.py`, {lines_of(scene)} lines:
 
 ```python
-{code}
-```
+{scene.rstrip()}
+```{then}
 
 ## Certificate
 

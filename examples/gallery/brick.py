@@ -14,17 +14,20 @@ from matplotlib.patches import Circle
 
 from carom import plotting, spatial
 
-models = {"disc, fixed_step": {"friction_law": "disc"}, "box, fixed_step": {"friction_law": "box"}}
-models["disc, soft_step"] = {"scheme": "soft_step", "dt": 1 / 120}
-angles, runs, figure = np.arange(16) * np.pi / 8, {}, Figure(figsize=(10, 3.9), layout="constrained")
-for axes, (label, settings) in zip(figure.subplots(1, 3, sharey=True), models.items(), strict=True):
+models = {"disc, fixed_step": {"friction_law": "disc"}, "box, fixed_step": {"friction_law": "box"},
+          "disc, soft_step": {"scheme": "soft_step", "dt": 1 / 120}}  # fmt: skip
+runs = {}
+for label, settings in models.items():
     w = spatial.World(**{"dt": 1 / 240, "iterations": 400, "on_inaccurate": "ignore", **settings})
     w.add_static("floor", spatial.HalfSpace(), friction=0.5, collision_groups=2)
-    for k, a in enumerate(angles):  # they meet the floor and not each other
-        v = (3 * np.cos(a), 3 * np.sin(a), 0)
-        w.add_body(f"brick{k}", spatial.Box(1, 0.2, 0.1), density=2000.0, position=(0, 0, 0.05),
-                   velocity=v, friction=0.5, collision_mask=2)  # fmt: skip
-    run = runs[label] = w.run(1.0, every=4)
+    for k, a in enumerate(np.arange(16) * np.pi / 8):  # they meet the floor and not each other
+        w.add_body(f"brick{k}", spatial.Box(1, 0.2, 0.1), density=2000.0, position=(0, 0, 0.05), friction=0.5,
+                   velocity=(3 * np.cos(a), 3 * np.sin(a), 0), collision_mask=2)  # fmt: skip
+    runs[label] = w.run(1.0, every=4)
+
+# the picture
+figure = Figure(figsize=(10, 3.9), layout="constrained")
+for axes, (label, run) in zip(figure.subplots(1, 3, sharey=True), runs.items(), strict=True):
     for k in range(16):
         axes.plot(run.position[:, k + 1, 0], run.position[:, k + 1, 1], **plotting.style(k))
         axes.plot(*run.position[-1, k + 1, :2], "o", color=plotting.PALETTE[k % 10], markersize=4)

@@ -14,13 +14,16 @@ from carom import picture, plotting, spatial
 
 bar, stem = spatial.Capsule(1.0, 0.1), spatial.RoundBox(0.6, 0.06, 0.06, radius=0.05)
 handle = spatial.Compound([(bar, (0, 0, 0)), (stem, (0.4, 0, 0))])
-runs, figure = {}, Figure(figsize=(11, 4.2), layout="constrained")
-left, middle, right = figure.subplots(1, 3, width_ratios=[1, 1.35, 1.35])
-names = ["explicit_euler", "semi_implicit_euler", "trapezoid", "rk4", "implicit_midpoint"]
-for number, name in enumerate(names):
+runs = {}
+for name in ["explicit_euler", "semi_implicit_euler", "trapezoid", "rk4", "implicit_midpoint"]:
     w = spatial.World(gravity=(0, 0, 0), dt=1 / 50, integrator=name)
     w.add_body("nut", handle, density=1000.0, angular_velocity=(5.0, 0.01, 0.02))
-    run = runs[name] = w.run(20.0)
+    runs[name] = w.run(20.0)
+
+# the picture
+figure = Figure(figsize=(11, 4.2), layout="constrained")
+left, middle, right = figure.subplots(1, 3, width_ratios=[1, 1.35, 1.35])
+for number, (name, run) in enumerate(runs.items()):
     q = run.rotation[:, 0]
     turned = 1 - 2 * (q[:, 2] ** 2 + q[:, 3] ** 2)  # x axis of the body along x
     drift = np.abs(run.ledger.kinetic / run.ledger.kinetic[0] - 1) + 1e-16

@@ -24,21 +24,18 @@ def stack():
 
 solvers = ["pgs", "nncg", "apgd", "exact", "auto"]
 found = carom.compare(stack, solvers, t=2.0)
+
+# the picture
 runs, figure = found.runs, Figure(figsize=(11, 4.6), layout="constrained")
-panels = figure.subplots(1, 6, width_ratios=[1, 1, 1, 1, 1, 3.2])
-for solver, axes in zip(solvers, panels[:5], strict=True):
-    colors = {"box9": "#D55E00"} | {f"box{k}": "#56B4E9" for k in range(9)}
-    picture.draw(stack(), axes, run=runs[solver], view=(-1.6, 1.6, -0.4, 10.6), colors=colors)
-    axes.set(
-        title=f"{solver}\ntop sank {10 - runs[solver].position[-1, 10, 1] - 0.5:.1e} m",
-        xticks=[],
-        xlabel="",
-        ylabel="y [m]" if solver == "pgs" else "",
-    )
-    axes.title.set_fontsize(8)
-for number, solver in enumerate(solvers):
-    steps = runs[solver].steps
-    panels[5].semilogy(steps["time"], steps["residual"] + 1e-16, label=solver, **plotting.style(number))
-panels[5].set(xlabel="time [s]", ylabel="residual [m/s]")
-panels[5].legend(fontsize="small")
+*panels, right = figure.subplots(1, 6, width_ratios=[1, 1, 1, 1, 1, 3.2])
+colors = {"box9": "#D55E00"} | {f"box{k}": "#56B4E9" for k in range(9)}
+for number, (solver, axes) in enumerate(zip(solvers, panels, strict=True)):
+    run = runs[solver]
+    picture.draw(stack(), axes, run=run, view=(-1.6, 1.6, -0.4, 10.6), colors=colors)
+    axes.set_title(f"{solver}\ntop sank {10 - run.position[-1, 10, 1] - 0.5:.1e} m", fontsize=8)
+    axes.set(xticks=[], xlabel="", ylabel="y [m]" if number == 0 else "")
+    residual = run.steps["residual"] + 1e-16
+    right.semilogy(run.steps["time"], residual, label=solver, **plotting.style(number))
+right.set(xlabel="time [s]", ylabel="residual [m/s]")
+right.legend(fontsize="small")
 plotting.save_figure(figure, "heavy_top.svg")

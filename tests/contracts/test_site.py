@@ -35,7 +35,9 @@ def test_a_scene_says_what_to_look_at_and_saves_one_picture(path: Path) -> None:
     assert text.startswith('"""')
     assert len(text.split('"""')[1].split("\n\n", 1)[1]) > 150
     assert re.findall(rf'save_figure\(figure, "{path.stem}\.(?:svg|png)"\)', text)
-    assert len([line for line in text.split('"""', 2)[2].splitlines() if line.strip()]) <= 36
+    scene, _, drawn = text.split('"""', 2)[2].partition(f"\n{tool('make_gallery').PICTURE}\n")
+    assert len([line for line in scene.splitlines() if line.strip()]) <= 15, "the scene"
+    assert len([line for line in drawn.splitlines() if line.strip()]) <= 15, "its picture"
 
 
 @pytest.mark.parametrize("name", QUICK)
