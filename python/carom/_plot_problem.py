@@ -86,6 +86,14 @@ def plot_problem(problem: ContactProblem, curves: Sequence[Convergence]) -> Figu
     problem.spy(panels[0])
     for axes, against in zip(panels[1:], AGAINST, strict=True):
         convergence_picture(curves, axes, against)
+    known = panels[1].get_legend()
+    if known is not None:  # one for both, where it hides no point
+        handles, labels = panels[1].get_legend_handles_labels()
+        title = known.get_title().get_text() or None
+        figure.legend(handles, labels, loc="outside lower right", ncols=len(labels), fontsize="small",
+                      title=title, title_fontsize="x-small")  # fmt: skip
+        for axes in panels[1:]:
+            axes.get_legend().remove()
     panels[1].set_title("residual against iterations", fontsize="medium")
     panels[2].set_title("residual against time", fontsize="medium")
     return figure
