@@ -117,6 +117,9 @@ pub trait Geometry: Space {
         margin: f64,
         out: &mut Vec<ContactPoint<Self>>,
     );
+    /// True where two shapes touch in one point at most, wherever they are: balls with balls and with walls. Whoever knows
+    /// that contact need not look for another.
+    fn touch_once(a: &Self::Collider, b: &Self::Collider) -> bool;
     /// Closest points when the gap is at most `reach` \[m\], else `None`.
     fn closest(
         a: &Self::Collider,

@@ -74,6 +74,13 @@ pub(crate) fn contacts<S: Kernel>(
     make_unique(&mut out[first..]);
 }
 
+/// True where a ball takes part, and another or a wall.
+pub(crate) fn touch_once<S: Kernel>(a: &Collider<S>, b: &Collider<S>) -> bool {
+    let ball = |c: &Collider<S>| matches!(&*c.form, Form::Convex(core, _) if S::only_point(core).is_some());
+    let wall = |c: &Collider<S>| matches!(&*c.form, Form::HalfSpace(_) | Form::Cavity(_));
+    (ball(a) && (ball(b) || wall(b))) || (wall(a) && ball(b))
+}
+
 /// What balls have with balls and walls; nothing where other shapes take part.
 fn of_balls<S: Kernel>(
     (a, pose_a): (&Collider<S>, &Pose<S>),

@@ -65,6 +65,9 @@ impl Geometry for Spatial {
     ) {
         narrow::contacts(a, pose_a, b, pose_b, margin, out);
     }
+    fn touch_once(a: &Self::Collider, b: &Self::Collider) -> bool {
+        narrow::touch_once(a, b)
+    }
     fn closest(
         a: &Self::Collider,
         pose_a: &Pose<Self>,

@@ -62,3 +62,20 @@ fn balls_far_from_the_origin_keep_their_gap() {
     let found = contacts::<Spatial>(&ball, &at3(far + 1.0, 0.0, 0.0), &ball, &at3(far, 0.0, 0.0), 0.1);
     assert_eq!(found[0].gap, 0.0);
 }
+
+#[test]
+fn balls_touch_balls_and_walls_once_and_nothing_else_is_sure_to() {
+    let once = |a: &SpatialShape, b: &SpatialShape| {
+        let (a, b) = (collider::<Spatial>(a), collider::<Spatial>(b));
+        assert_eq!(Spatial::touch_once(&a, &b), Spatial::touch_once(&b, &a));
+        Spatial::touch_once(&a, &b)
+    };
+    let ball = SpatialShape::Sphere { radius: 0.5 };
+    let wall = SpatialShape::HalfSpace { normal: Z };
+    let block = SpatialShape::Box { size: [1.0, 1.0, 1.0] };
+    assert!(once(&ball, &ball) && once(&ball, &wall) && once(&ball, &SpatialShape::Cavity { radius: 2.0 }));
+    assert!(!once(&ball, &block) && !once(&block, &wall) && !once(&block, &block));
+    let disc = collider::<Planar>(&PlanarShape::Circle { radius: 0.5 });
+    let line = collider::<Planar>(&PlanarShape::HalfPlane { normal: vec2(0.6, 0.8) });
+    assert!(Planar::touch_once(&disc, &disc) && Planar::touch_once(&disc, &line));
+}

@@ -6,7 +6,8 @@ use crate::methods::{
     on_bodies::OnBodies, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential,
 };
 use crate::outcome::{Outcome, Stop};
-use crate::problem::{ContactProblem, Impulses};
+use crate::prepared::PreparedContact;
+use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use crate::residual::residual;
 use crate::watch::{Watch, unwatched};
 use carom_math::Space;
@@ -116,6 +117,17 @@ pub trait ImpulseSolver<S: Space>: Send {
         impulses: &mut Impulses<S>,
         watch: &mut Watch,
     ) -> Outcome;
+    /// The impulse of a contact that is alone between its bodies, which have these velocities without it, from an old one:
+    /// what `solve` would come to, without its preparations. `None` where the solver has no closed form of it.
+    fn alone(
+        &self,
+        _contact: &PreparedContact<S>,
+        _law: FrictionLaw,
+        _velocities: &[Twist<S>],
+        _old: &Impulse<S>,
+    ) -> Option<Impulse<S>> {
+        None
+    }
     /// Solves in place: `impulses` is the warm start on entry and the answer on return.
     fn solve(
         &mut self,

@@ -175,7 +175,12 @@ impl<S: Space> PreparedContact<S> {
     #[inline]
     pub fn relative_velocity(&self, v: &[Twist<S>]) -> (f64, S::Slip) {
         let (a, b) = self.pair(v);
-        (self.normal.velocity_between(&a, &b), self.slip_between(&a, &b))
+        self.velocity_between(&a, &b)
+    }
+    /// The same from the velocities of the two bodies.
+    #[inline]
+    pub fn velocity_between(&self, a: &Twist<S>, b: &Twist<S>) -> (f64, S::Slip) {
+        (self.normal.velocity_between(a, b), self.slip_between(a, b))
     }
     /// The slip over the slip asked for, u_t - slip_target: what friction acts against.
     #[inline]

@@ -7,7 +7,7 @@
 //! The forms used below are the same maps with the subtraction of nearly equal impulses carried out by hand.
 
 use crate::cone::project_tangent;
-use crate::prepared::Prepared;
+use crate::prepared::{Prepared, PreparedContact};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use carom_math::{Column, Space};
 use serde::{Deserialize, Serialize};
@@ -93,6 +93,26 @@ pub(crate) fn residual_in<S: Space>(
     Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
 }
 
+/// The same of a contact that is alone between its bodies, which have these velocities without it; where it is
+/// largest is left out.
+pub(crate) fn residual_alone<S: Space>(
+    c: &PreparedContact<S>,
+    law: FrictionLaw,
+    velocities: &[Twist<S>],
+    impulse: &Impulse<S>,
+) -> Residual {
+    let (mut a, mut b) = c.pair(velocities);
+    let scale = approach_scale(c, c.velocity_between(&a, &b)).max(0.0).max(f64::MIN_POSITIVE);
+    if *impulse != Impulse::default() {
+        c.push(impulse, &mut a, &mut b);
+    }
+    let masses = (c.normal_mass, c.tangent_mass);
+    let after = c.velocity_between(&a, &b);
+    let value = contact_residual::<S>(impulse, after, c.target, c.friction, masses, law);
+    let absolute = if value.is_nan() { f64::INFINITY } else { value };
+    Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst: None }
+}
+
 /// Residual of every contact \[m/s\], rolling and spinning friction with it: the larger of the two.
 pub fn contact_residuals<S: Space>(problem: &ContactProblem<S>, impulses: &Impulses<S>) -> Vec<f64> {
     let prepared = Prepared::of(problem);
@@ -163,14 +183,17 @@ fn each<S: Space>(
 /// approach presses for. A floor keeps approaches that are rounding of the bodies' velocities from counting.
 pub fn velocity_scale<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>) -> f64 {
     let v = &problem.velocities;
-    let contacts = prepared.contacts.iter().map(|c| {
-        let (normal, slip) = c.relative_velocity(v);
-        (c.target - normal).max(f64::EPSILON * (normal.abs() + slip.norm()))
-    });
+    let contacts = prepared.contacts.iter().map(|c| approach_scale(c, c.relative_velocity(v)));
     let rows = problem.rows.iter().zip(&prepared.rows).map(|(r, p)| {
         let velocity = p.velocity(v);
         let error = row_residual(0.0, velocity - r.target, (r.lo, r.hi), p.inverse_effective_mass);
         error.max(f64::EPSILON * velocity.abs())
     });
     contacts.chain(rows).fold(0.0, f64::max)
+}
+
+/// What one contact adds to it.
+#[inline]
+fn approach_scale<S: Space>(c: &PreparedContact<S>, (normal, slip): (f64, S::Slip)) -> f64 {
+    (c.target - normal).max(f64::EPSILON * (normal.abs() + slip.norm()))
 }

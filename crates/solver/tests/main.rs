@@ -3,6 +3,7 @@
 #[macro_use]
 mod common;
 
+mod alone;
 mod complementarity;
 mod file_and_check;
 mod first_order;

@@ -1,6 +1,8 @@
 //! The bodies of a world: motion in flat arrays, what does not change in a step beside it. State is
 //! (x, q, v, w) with x the centre of mass; the equivalent (p, L) is computed (theory chapter 1, item 8).
 
+mod some;
+
 use crate::body::{BodyKind, BodySpec, MassSource};
 use crate::error::BuildError;
 use crate::joint::Joints;
@@ -308,6 +310,9 @@ impl<S: Geometry> Bodies<S> {
     /// Pose of the shape's own frame: the centre of mass is at its local `center`.
     pub fn shape_pose(&self, i: usize) -> Pose<S> {
         let pose = self.motion.pose(i);
+        if self.data[i].mass_properties.center == S::Vector::ZERO {
+            return pose;
+        }
         Pose::new(pose.position - pose.rotation.rotate(self.data[i].mass_properties.center), pose.rotation)
     }
     /// Sets velocities from momenta (p, L): v = p/m, w = I^-1 L. Obstacles are left alone.
@@ -378,29 +383,6 @@ impl<S: Geometry> Bodies<S> {
         self.index.insert(name.into(), self.names.len());
         self.names.push(name.into());
         Ok(self.names.len() - 1)
-    }
-
-    /// Some of the bodies, ascending, without names and shapes as stated: what a step needs of them.
-    pub(crate) fn some(&self, indices: &[usize]) -> Bodies<S> {
-        let m = &self.motion;
-        let data: Vec<_> =
-            indices.iter().map(|&i| BodyData { shape: None, ..self.data[i].clone() }).collect();
-        Bodies {
-            roles: Roles::of(&data, 0),
-            data,
-            motion: Motion {
-                position: indices.iter().map(|&i| m.position[i]).collect(),
-                rotation: indices.iter().map(|&i| m.rotation[i]).collect(),
-                velocity: indices.iter().map(|&i| m.velocity[i]).collect(),
-                angular_velocity: indices.iter().map(|&i| m.angular_velocity[i]).collect(),
-            },
-            names: Vec::new(),
-            materials: self.materials.clone(),
-            joints: self.joints.some(indices),
-            index: BTreeMap::new(),
-            serials: self.serials,
-            asleep_moment: S::Vector::ZERO,
-        }
     }
 
     /// Removes a body; those after it move up by one.

@@ -47,22 +47,24 @@ impl<const D: usize> Blocks<D> {
         let norms = problem.matrix.norms(D).to_vec();
         let friction = problem.friction.clone();
         let mut blocks = Blocks { operator, velocity, friction, norms, ..Blocks::default() };
+        blocks.read_diagonal();
         blocks.pad();
         blocks
     }
     /// What follows from operator, velocity and friction.
     pub fn complete(&mut self) {
-        let operator = &self.operator;
-        let norm = |i: usize| norm_or_one::<D>(operator.diagonal_block(i).as_flattened());
+        self.read_diagonal();
         self.norms.clear();
-        self.norms.extend((0..operator.count()).map(norm));
+        self.norms.extend(self.diagonal.iter().map(|block| norm_or_one::<D>(block.as_flattened())));
         self.pad();
     }
-    /// The diagonal blocks, and what lanes read past the last contact.
+    fn read_diagonal(&mut self) {
+        self.diagonal.clear();
+        self.diagonal.extend((0..self.operator.count()).map(|i| self.operator.diagonal_block(i)));
+    }
+    /// What lanes read past the last contact.
     fn pad(&mut self) {
         let count = self.operator.count();
-        self.diagonal.clear();
-        self.diagonal.extend((0..count).map(|i| self.operator.diagonal_block(i)));
         self.velocity.resize(padded(count), [0.0; D]);
         self.friction.resize(padded(count), 0.0);
         self.norms.resize(padded(count), 1.0);

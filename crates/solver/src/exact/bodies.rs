@@ -2,7 +2,7 @@
 //! dx = D^-1 (rhs - B dv). One node per body: where many contacts share few bodies the factors are far smaller.
 
 use super::analyses::Analyses;
-use super::operator::Operator;
+use super::operator::{Matrix, Operator};
 use super::system::{Block, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
 use pulp::{Arch, Simd, WithSimd};
@@ -46,20 +46,23 @@ const NOWHERE: u32 = u32::MAX;
 const ROUGH: f64 = 2.0;
 
 impl<const D: usize> BodySpace<D> {
-    /// The system in body space where that is cheaper than contact space.
-    pub fn of(operator: &Operator<D>, analyses: &mut Analyses) -> Option<Self> {
-        let Operator::Bodies(rows) = operator else { return None };
+    /// The system in body space where that is cheaper than contact space, else the matrix of contact space.
+    pub fn of(rows: &Rows<D>, operator: &Operator<D>, analyses: &mut Analyses) -> Result<Self, Arc<Matrix>> {
         let (bodies, contacts) = (rows.bodies * rows.freedoms, rows.pairs.len() * D);
+        // with so few contacts per body that contact space may be as cheap, the analyses decide
+        let matrix = if 2 * bodies > contacts { operator.matrix(60 * rows.pairs.len() + 1000) } else { None };
+        let mut other = matrix.map(|m| (analyses.of(&m.graph).flops, m));
+        // without friction contact space nearly always wins: a bound saves the other graph and its analysis
+        let least = rows.least_flops();
+        if let Some((_, matrix)) = other.take_if(|(flops, _)| *flops < ROUGH * least) {
+            return Err(matrix);
+        }
         let graph = body_graph(rows);
         let analysis = analyses.of(&graph);
-        // with so few contacts per body that contact space may be as cheap, the analyses decide
-        if 2 * bodies > contacts {
-            let matrix = operator.matrix(60 * rows.pairs.len() + 1000);
-            if matrix.is_some_and(|m| analyses.of(&m.graph).flops < ROUGH * analysis.flops) {
-                return None;
-            }
+        if let Some((_, matrix)) = other.take_if(|(flops, _)| *flops < ROUGH * analysis.flops) {
+            return Err(matrix);
         }
-        Some(BodySpace::with(rows.clone(), graph, analysis))
+        Ok(BodySpace::with(rows.clone(), graph, analysis))
     }
 
     /// The system in body space, whatever it costs.
@@ -250,6 +253,18 @@ impl<const D: usize> Rows<D> {
     pub fn has_graph_of(&self, other: &Self) -> bool {
         (self.freedoms, self.bodies) == (other.freedoms, other.bodies) && self.pairs == other.pairs
     }
+    /// Multiply-adds that factorising in body space takes at least: F bodies' freedoms eliminated at once are 2/3 F^3, and
+    /// another 2 F^3 + F^3 where F or more rows are left to them. All but one body of those that hang together leave a
+    /// neighbour to others, so at least half of the bodies that have one do.
+    fn least_flops(&self) -> f64 {
+        let mut joined = vec![false; self.bodies];
+        for &[a, b] in self.pairs.iter().filter(|pair| !pair.contains(&NO_BODY)) {
+            (joined[a as usize], joined[b as usize]) = (true, true);
+        }
+        let leaving = 0.5 * joined.iter().filter(|j| **j).count() as f64;
+        let cube = (self.freedoms as f64).powi(3);
+        (2.0 / 3.0 * self.bodies as f64 + 3.0 * leaving) * cube
+    }
     /// Makes these equal to others without giving memory back.
     pub fn copy_from(&mut self, other: &Self) {
         (self.freedoms, self.bodies) = (other.freedoms, other.bodies);
@@ -409,4 +424,34 @@ fn body_graph<const D: usize>(rows: &Rows<D>) -> Graph {
         starts.push(neighbours.len() as u32);
     }
     Graph::new(vec![rows.freedoms as u32; rows.bodies], starts, neighbours)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows of contacts between bodies of six freedoms, of which only who touches whom counts.
+    fn rows(bodies: usize, pairs: Vec<[u32; 2]>) -> Rows<1> {
+        let values = vec![0.0; 12 * pairs.len()];
+        Rows { freedoms: 6, bodies, pairs, values }
+    }
+
+    #[test]
+    fn no_factorisation_in_body_space_takes_less_than_the_least() {
+        let chain = |n: u32| (1..n).map(|b| [b - 1, b]).collect::<Vec<_>>();
+        let star = |n: u32| (1..n).map(|b| [0, b]).collect::<Vec<_>>();
+        let couples = |n: u32| (0..n / 2).map(|b| [2 * b, 2 * b + 1]).collect::<Vec<_>>();
+        let all = |n: u32| (0..n).flat_map(|a| (0..a).map(move |b| [a, b])).collect::<Vec<_>>();
+        let alone = |n: u32| (0..n).map(|b| [b, NO_BODY]).collect::<Vec<_>>();
+        // next to each other and far apart, by a fixed rule
+        let mixed =
+            |n: u32| (0..3 * n).map(|k| [k % n, (k * k + 7 * k + 1) % n]).filter(|[a, b]| a != b).collect();
+        for n in [2, 3, 8, 30, 90] {
+            for pairs in [chain(n), star(n), couples(n), all(n), alone(n), mixed(n)] {
+                let rows = rows(n as usize, pairs);
+                let flops = Analysis::new(&body_graph(&rows)).flops;
+                assert!(rows.least_flops() <= flops, "{n}: {} > {flops}", rows.least_flops());
+            }
+        }
+    }
 }

@@ -6,7 +6,7 @@ use super::blocks::Blocks;
 use super::equalities::{is_linear, solve_linear};
 use super::mass_roots::MassRoots;
 use super::memory::Memory;
-use super::mixed::{is_mixed, solve_mixed};
+use super::mixed::{is_boxed, is_mixed, solve_mixed};
 use super::operator::Operator;
 use super::single::single;
 use super::{Goal, feasibility_of, solve_blocks};
@@ -15,8 +15,8 @@ use crate::friction_problem::project_on_cone;
 use crate::impulse_solver::{Content, ImpulseChoice, ImpulseSolver, SolveSettings};
 use crate::methods::judged_in;
 use crate::outcome::{Outcome, Stop};
-use crate::prepared::Prepared;
-use crate::problem::{ContactProblem, Impulse, Impulses, Twist};
+use crate::prepared::{Prepared, PreparedContact};
+use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use crate::residual::residual_of;
 use crate::watch::Watch;
 use carom_math::{Column, Space};
@@ -47,6 +47,15 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
     }
     fn finds(&self, _choice: ImpulseChoice) -> bool {
         true
+    }
+    fn alone(
+        &self,
+        contact: &PreparedContact<S>,
+        law: FrictionLaw,
+        velocities: &[Twist<S>],
+        old: &Impulse<S>,
+    ) -> Option<Impulse<S>> {
+        if is_boxed::<S>(law) { None } else { single(contact, velocities, old) }
     }
     fn work(
         &mut self,

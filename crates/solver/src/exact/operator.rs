@@ -121,22 +121,20 @@ impl<const D: usize> Operator<D> {
 
 /// W = B B^T, block by block.
 fn assembled<const D: usize>(rows: &Rows<D>, most: usize) -> Option<Matrix> {
-    let mut touching: Vec<Vec<u32>> = vec![Vec::new(); rows.bodies];
-    for (i, pair) in rows.pairs.iter().enumerate() {
-        pair.iter().filter(|&&b| b != NO_BODY).for_each(|&b| touching[b as usize].push(i as u32));
-    }
-    if touching.iter().map(|t| t.len() * t.len()).sum::<usize>() > most {
+    let touching = Touching::of(rows);
+    let blocks = touching.blocks();
+    if blocks > most {
         return None;
     }
-    let (mut starts, mut neighbours) = (vec![0u32], Vec::new());
-    let mut near: Vec<u32> = Vec::new();
+    let mut starts = Vec::with_capacity(rows.pairs.len() + 1);
+    let mut neighbours = Vec::with_capacity(blocks);
+    starts.push(0u32);
     for (i, pair) in rows.pairs.iter().enumerate() {
-        near.clear();
-        near.push(i as u32);
-        pair.iter().filter(|&&b| b != NO_BODY).for_each(|&b| near.extend_from_slice(&touching[b as usize]));
-        near.sort_unstable();
-        near.dedup();
-        neighbours.extend_from_slice(&near);
+        let [one, other] = pair.map(|b| touching.of_body(b));
+        match (one, other) {
+            ([], []) => neighbours.push(i as u32),
+            (one, other) => merge(one, other, &mut neighbours),
+        }
         starts.push(neighbours.len() as u32);
     }
     let graph = Graph::new(vec![D as u32; rows.pairs.len()], starts, neighbours);
@@ -144,6 +142,52 @@ fn assembled<const D: usize>(rows: &Rows<D>, most: usize) -> Option<Matrix> {
     let mut matrix = Matrix::new(graph, values);
     assemble(rows, &mut matrix);
     Some(matrix)
+}
+
+/// The contacts of each body, ascending, one body after another.
+struct Touching {
+    starts: Vec<u32>,
+    contacts: Vec<u32>,
+}
+
+impl Touching {
+    fn of<const D: usize>(rows: &Rows<D>) -> Self {
+        let bodies = |pair: &[u32; 2]| pair.map(|b| if b == NO_BODY { None } else { Some(b as usize) });
+        let mut starts = vec![0u32; rows.bodies + 2];
+        rows.pairs.iter().flat_map(bodies).flatten().for_each(|b| starts[b + 2] += 1);
+        for b in 2..starts.len() {
+            starts[b] += starts[b - 1];
+        }
+        // filling moves each start, one place further on, to where the next body's is
+        let mut contacts = vec![0u32; starts[rows.bodies + 1] as usize];
+        for (i, pair) in rows.pairs.iter().enumerate() {
+            for b in bodies(pair).into_iter().flatten() {
+                contacts[starts[b + 1] as usize] = i as u32;
+                starts[b + 1] += 1;
+            }
+        }
+        Touching { starts, contacts }
+    }
+    /// Coupled pairs, those of two bodies twice.
+    fn blocks(&self) -> usize {
+        self.starts.windows(2).map(|s| ((s[1] - s[0]) as usize).pow(2)).sum()
+    }
+    fn of_body(&self, body: u32) -> &[u32] {
+        let start = |b: u32| self.starts[b as usize] as usize;
+        if body == NO_BODY { &[] } else { &self.contacts[start(body)..start(body + 1)] }
+    }
+}
+
+/// Appends the union of two ascending lists, ascending.
+fn merge(one: &[u32], other: &[u32], out: &mut Vec<u32>) {
+    let (mut i, mut j) = (0, 0);
+    while let (Some(&a), Some(&b)) = (one.get(i), other.get(j)) {
+        out.push(a.min(b));
+        i += usize::from(a <= b);
+        j += usize::from(b <= a);
+    }
+    out.extend_from_slice(&one[i..]);
+    out.extend_from_slice(&other[j..]);
 }
 
 /// Writes the blocks of W = B B^T into a matrix of their pattern.
@@ -154,5 +198,22 @@ pub fn assemble<const D: usize>(rows: &Rows<D>, matrix: &mut Matrix) {
             let block = rows.coupling(i, graph.neighbours[k] as usize);
             matrix.values[graph.offsets[k] as usize..][..D * D].copy_from_slice(block.as_flattened());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::merge;
+
+    #[test]
+    fn the_union_of_lists_is_ascending_and_names_nobody_twice() {
+        let union = |one: &[u32], other: &[u32]| {
+            let mut out = vec![9];
+            merge(one, other, &mut out);
+            out[1..].to_vec()
+        };
+        assert_eq!(union(&[1, 3, 5], &[0, 3, 4, 7]), [0, 1, 3, 4, 5, 7]);
+        assert_eq!(union(&[2], &[]), [2]);
+        assert_eq!(union(&[], &[2, 6]), [2, 6]);
     }
 }

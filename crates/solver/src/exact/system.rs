@@ -134,11 +134,10 @@ impl<const D: usize> System<D> {
                 Some(groups) => Form::Groups(groups),
                 None => Form::Contacts(ContactSpace::of(matrix.clone(), analyses)),
             },
-            Operator::Bodies(rows) => match BodySpace::of(operator, analyses) {
-                Some(bodies) => Form::Bodies(bodies),
-                None => {
+            Operator::Bodies(rows) => match BodySpace::of(rows, operator, analyses) {
+                Ok(bodies) => Form::Bodies(bodies),
+                Err(matrix) => {
                     self.assembled_from = Some(Rows { values: Vec::new(), ..rows.clone() });
-                    let matrix = operator.matrix(usize::MAX).unwrap_or_default();
                     Form::Contacts(ContactSpace::of(matrix, analyses))
                 }
             },

@@ -5,8 +5,9 @@
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
 use crate::islands::{Islands, Part};
 use crate::outcome::{IslandReport, Outcome, StageReport, Stop};
-use crate::problem::{ContactProblem, Impulse, Impulses};
-use crate::residual::{Entry, Residual, residual};
+use crate::prepared::Prepared;
+use crate::problem::{ContactProblem, Impulse, Impulses, Twist};
+use crate::residual::{Entry, Residual, residual, residual_alone, residual_in};
 use crate::watch::Watch;
 use carom_math::{Column, Space};
 
@@ -18,6 +19,10 @@ pub struct Ladder<S: Space> {
     part: Part<S>,
     best: Impulses<S>,
     given: Impulses<S>,
+    /// The whole problem's rows, for contacts that are alone and for the residual.
+    prepared: Prepared<S>,
+    /// Velocities after all impulses.
+    after: Vec<Twist<S>>,
 }
 
 /// What a climb came to; the best impulses are in the part afterwards.
@@ -39,7 +44,38 @@ impl<S: Space> Ladder<S> {
             part: Part::default(),
             best: Impulses::default(),
             given: Impulses::default(),
+            prepared: Prepared::default(),
+            after: Vec::new(),
         }
+    }
+
+    /// Solves an island of one contact at once, where the first solver has it in closed form and the residual is within the
+    /// tolerance: most islands of a world that has come to rest are no more than that.
+    fn alone(
+        &self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        island: usize,
+        impulses: &mut Impulses<S>,
+    ) -> Option<Climbed> {
+        let [contact] = *self.islands.contacts(island) else { return None };
+        let plain = self.islands.rows(island).is_empty() && problem.resistances.is_empty();
+        if !plain || settings.impulses != ImpulseChoice::Any {
+            return None;
+        }
+        let (kind, solver) = &self.rungs[0];
+        let (prepared, law) = (&self.prepared.contacts[contact], problem.friction_law);
+        let found = solver.alone(prepared, law, &problem.velocities, &impulses.contacts[contact])?;
+        let mut residual = residual_alone(prepared, law, &problem.velocities, &found);
+        if !(residual.absolute <= settings.tolerance) {
+            return None;
+        }
+        impulses.contacts[contact] = found;
+        // counted within the island
+        residual.worst = (residual.absolute > 0.0).then_some(Entry::Contact(0));
+        let (solver, residual_found, stop) = (*kind, residual.absolute, Stop::Converged);
+        let stage = StageReport { solver, iterations: 1, factorisations: 0, residual: residual_found, stop };
+        Some(Climbed { stages: vec![stage], residual, stop: Stop::Converged, strict_feasibility: None })
     }
 
     /// Solves the island that was taken out.
@@ -147,16 +183,21 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
     ) -> Outcome {
         self.given.copy_from(impulses);
         self.islands.update(problem);
+        self.prepared.update(problem);
         let mut outcome = Outcome::nothing_to_do();
+        outcome.islands.reserve(self.islands.count());
         let mut short = None;
         for island in 0..self.islands.count() {
             if is_idle(problem, &self.islands, island) {
                 self.islands.contacts(island).iter().for_each(|&k| impulses.contacts[k] = Impulse::default());
                 continue;
             }
-            self.part.take(problem, impulses, &self.islands, island);
-            let climbed = self.climb(settings, watch);
-            self.part.give(impulses, &self.islands, island);
+            let climbed = self.alone(problem, settings, island, impulses).unwrap_or_else(|| {
+                self.part.take(problem, impulses, &self.islands, island);
+                let climbed = self.climb(settings, watch);
+                self.part.give(impulses, &self.islands, island);
+                climbed
+            });
             outcome.iterations += climbed.stages.iter().map(|s| s.iterations).sum::<usize>();
             outcome.factorisations += climbed.stages.iter().map(|s| s.factorisations).sum::<usize>();
             let told = outcome.strict_feasibility.into_iter().chain(climbed.strict_feasibility);
@@ -181,7 +222,7 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
             break;
         }
         // measured anew on the whole: what the islands said of themselves is not taken on trust
-        outcome.residual = residual(problem, impulses);
+        outcome.residual = residual_in(problem, &self.prepared, impulses, &mut self.after);
         let asks_more = settings.impulses == ImpulseChoice::MinimumNorm && short.is_some();
         if outcome.stop == Stop::Converged && (asks_more || outcome.residual.absolute > settings.tolerance) {
             outcome.stop = short.unwrap_or(Stop::OutOfIterations);

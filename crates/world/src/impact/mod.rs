@@ -408,13 +408,13 @@ impl<S: Geometry> Impacts<S> {
         let (time, length) = (0.0, 0.0);
         let acted =
             Acted { time, length, touches: &struck, problem: &self.problem, impulses: &self.impulses };
-        log.add(&acted, |k| if self.is_cut(k) { EventKind::RestCut } else { EventKind::Impact });
+        log.add(&acted, |k| if self.is_cut(k) { EventKind::RestCut } else { EventKind::Impact }, |i| i);
         let mut movers: Vec<usize> = struck.iter().flat_map(|t| [t.a, t.b]).collect();
         movers.retain(|&i| bodies.is_dynamic(i));
         movers.sort_unstable();
         movers.dedup();
         log.end_act(PieceKind::Impact, time, length, movers.into_iter());
-        log.add_rows(&self.problem, &self.impulses);
+        log.add_rows(&self.problem, &self.impulses, |i| i);
         self.log = log;
     }
 

@@ -204,9 +204,16 @@ impl<S: Geometry> EventLog<S> {
         self.acts = 0;
     }
 
-    /// Adds contacts that acted together; `kind_of` tells what each did, by its place.
-    pub fn add(&mut self, acted: &Acted<S>, mut kind_of: impl FnMut(usize) -> EventKind) {
+    /// Adds contacts that acted together; `kind_of` tells what each did, by its place, and `index` gives the indices of
+    /// the problem's bodies.
+    pub fn add(
+        &mut self,
+        acted: &Acted<S>,
+        mut kind_of: impl FnMut(usize) -> EventKind,
+        index: impl Fn(usize) -> usize,
+    ) {
         let first = self.contacts.len();
+        self.contacts.reserve(acted.touches.len());
         for (k, (c, g)) in acted.problem.contacts.iter().zip(&acted.impulses.contacts).enumerate() {
             let t = &acted.touches[k];
             self.contacts.push(EventRecord {
@@ -214,8 +221,8 @@ impl<S: Geometry> EventLog<S> {
                 kind: kind_of(k),
                 time: acted.time,
                 length: acted.length,
-                a: c.a,
-                b: c.b,
+                a: index(c.a),
+                b: index(c.b),
                 id: c.id,
                 point: t.point,
                 normal: c.normal,
@@ -242,11 +249,16 @@ impl<S: Geometry> EventLog<S> {
     }
 
     /// Adds what the general rows of a problem did to the pieces of the act that ended last.
-    pub fn add_rows(&mut self, problem: &ContactProblem<S>, impulses: &Impulses<S>) {
+    pub fn add_rows(
+        &mut self,
+        problem: &ContactProblem<S>,
+        impulses: &Impulses<S>,
+        index: impl Fn(usize) -> usize,
+    ) {
         let act = self.acts.wrapping_sub(1);
         let first = self.pieces.iter().rposition(|p| p.act != act).map_or(0, |k| k + 1);
         for (row, &impulse) in problem.rows.iter().zip(&impulses.rows) {
-            for (body, on) in [(row.a, &row.on_a), (row.b, &row.on_b)] {
+            for (body, on) in [(index(row.a), &row.on_a), (index(row.b), &row.on_b)] {
                 if let Some(piece) = self.pieces[first..].iter_mut().find(|p| p.body == body) {
                     piece.impulse += on.linear * impulse;
                     piece.moment += on.angular * impulse;
@@ -306,15 +318,24 @@ impl<S: Geometry> EventLog<S> {
     /// Sums over the step, contact by contact: for each of `touches`, and for those that are appended to it because
     /// they acted earlier in the step only, as their last records have them.
     pub fn sums(&self, touches: &mut Vec<Touch<S>>) -> Vec<ContactSum<S>> {
-        let mut place: BTreeMap<(usize, usize, u64), usize> =
-            touches.iter().enumerate().map(|(k, t)| ((t.a, t.b, t.id), k)).collect();
+        // the records of a flow come in the order of its contacts: as long as they do, no other order is looked up
+        let mut places: Option<BTreeMap<(usize, usize, u64), usize>> = None;
+        let mut next = 0;
         let mut sums = vec![ContactSum::default(); touches.len()];
         for r in &self.contacts {
-            let k = *place.entry((r.a, r.b, r.id)).or_insert_with(|| {
-                touches.push(touch_of(r));
-                sums.push(ContactSum::default());
-                sums.len() - 1
-            });
+            let name = |t: &Touch<S>| (t.a, t.b, t.id);
+            let k = if touches.get(next).is_some_and(|t| name(t) == (r.a, r.b, r.id)) {
+                next
+            } else {
+                let places = places
+                    .get_or_insert_with(|| touches.iter().enumerate().map(|(k, t)| (name(t), k)).collect());
+                *places.entry((r.a, r.b, r.id)).or_insert_with(|| {
+                    touches.push(touch_of(r));
+                    sums.push(ContactSum::default());
+                    sums.len() - 1
+                })
+            };
+            next = k + 1;
             sums[k].impulse += r.impulse;
             sums[k].moment += r.moment;
             if r.kind.is_impact() {

@@ -36,10 +36,14 @@ pub struct SchemeReport {
 impl SchemeReport {
     /// The worse of two solves, with the iterations of both.
     pub(crate) fn worse(one: Option<SolveReport>, other: Option<SolveReport>) -> Option<SolveReport> {
-        let (Some(one), Some(other)) = (&one, &other) else { return one.or(other) };
-        let iterations = one.iterations + other.iterations;
-        let worse = if other.residual > one.residual { other } else { one };
-        Some(SolveReport { iterations, ..worse.clone() })
+        match (one, other) {
+            (Some(one), Some(other)) => {
+                let iterations = one.iterations + other.iterations;
+                let worse = if other.residual > one.residual { other } else { one };
+                Some(SolveReport { iterations, ..worse })
+            }
+            (one, other) => one.or(other),
+        }
     }
 }
 

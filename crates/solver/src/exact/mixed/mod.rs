@@ -68,8 +68,12 @@ enum End {
 
 /// True for problems that are more than contacts with Coulomb's disc.
 pub fn is_mixed<S: Space>(problem: &ContactProblem<S>) -> bool {
-    let boxed = S::SLIP > 1 && problem.friction_law == FrictionLaw::Box;
-    !problem.rows.is_empty() || !problem.resistances.is_empty() || boxed
+    !problem.rows.is_empty() || !problem.resistances.is_empty() || is_boxed::<S>(problem.friction_law)
+}
+
+/// True where friction is bounded by a box that is no cone.
+pub fn is_boxed<S: Space>(law: FrictionLaw) -> bool {
+    S::SLIP > 1 && law == FrictionLaw::Box
 }
 
 /// Solves such a problem.

@@ -69,9 +69,9 @@ impl<S: Geometry> Together<'_, S> {
         if at_their_moment || rest <= OVER * self.limits.dt {
             return Ok(Vec::new());
         }
-        let mut near = self.within_reach();
-        let holding = self.persisting(touches).names;
-        near.retain(|t| holding.binary_search(&t.id).is_err());
+        let holding = self.persisting(touches);
+        let mut near = self.within_reach(&holding.touches);
+        near.retain(|t| holding.names.binary_search(&t.id).is_err());
         let mut ahead = Ahead::default();
         let before = self.twists();
         let mut after = before.clone();
@@ -118,13 +118,14 @@ impl<S: Geometry> Together<'_, S> {
             for _ in 0..LOOK {
                 settled = settled || self.round(&mut rounds, tools)?;
             }
-            let mut coming = self.overtaken(&rounds, &mut seen);
+            let known = self.settled_pairs(&rounds.active.touches);
+            let mut coming = self.overtaken(&rounds, &known, &mut seen);
             if coming.is_empty() && !settled {
                 self.take_rounds(&mut rounds, tools)?;
-                coming = self.overtaken(&rounds, &mut seen);
+                coming = self.overtaken(&rounds, &known, &mut seen);
             }
             if coming.is_empty() {
-                coming = self.passing(&rounds, &mut passed, tools.arrivals);
+                coming = self.passing(&rounds, &known, &mut passed, tools.arrivals);
             }
             if coming.is_empty() {
                 return self.end_rounds(rounds);
@@ -138,14 +139,14 @@ impl<S: Geometry> Together<'_, S> {
 
     /// Plastic contacts that do not act in a flow and overlap at its end, as they were where it began: features of
     /// turning bodies come and go, so they need not have been there. Of bodies that fare as they did when one last
-    /// looked there is nothing new; `seen` holds how they did.
-    fn overtaken(&mut self, rounds: &Rounds<S>, seen: &mut Vec<Twist<S>>) -> Vec<Touch<S>> {
+    /// looked there is nothing new; `seen` holds how they did. Nor is there of pairs that are `known`.
+    fn overtaken(&mut self, rounds: &Rounds<S>, known: &[bool], seen: &mut Vec<Twist<S>>) -> Vec<Touch<S>> {
         let Rounds { start, before, after, time, active, .. } = rounds;
         let middle = self.bodies.motion.clone();
         self.bring_to_end(&start.position, before, after, *time);
         let fares_anew = |i: usize| seen.get(i) != Some(&after[i]);
         let mut found = Vec::new();
-        for k in 0..self.pairs.len() {
+        for k in (0..self.pairs.len()).filter(|&k| !known[k]) {
             let (a, b) = self.pairs[k];
             if fares_anew(a) || fares_anew(b) {
                 self.find((a, b), 0.0, &mut found);
@@ -168,6 +169,7 @@ impl<S: Geometry> Together<'_, S> {
     fn passing(
         &mut self,
         rounds: &Rounds<S>,
+        known: &[bool],
         passed: &mut Vec<Twist<S>>,
         arrivals: &mut Arrivals<S>,
     ) -> Vec<Touch<S>> {
@@ -180,7 +182,7 @@ impl<S: Geometry> Together<'_, S> {
         let ways: Vec<Way<S>> = (0..self.bodies.len()).map(way).collect();
         let fares_anew = |i: usize| passed.get(i) != Some(&after[i]);
         let mut missed = Vec::new();
-        for k in 0..self.pairs.len() {
+        for k in (0..self.pairs.len()).filter(|&k| !known[k]) {
             let (a, b) = self.pairs[k];
             if !(fares_anew(a) || fares_anew(b)) || restitution_of(&self.bodies, self.settings, (a, b)) > 0.0
             {
@@ -260,6 +262,9 @@ impl<S: Geometry> Together<'_, S> {
 impl<S: Geometry> Active<S> {
     /// Adds contacts that will arrive at the end of a flow of this length \[s\]; they have not pressed after it.
     pub fn expect(&mut self, ahead: Vec<Touch<S>>, time: f64) {
+        if ahead.is_empty() {
+            return;
+        }
         for t in ahead {
             if self.names.binary_search(&t.id).is_err() {
                 self.closing.push(t.gap.max(0.0) / time);

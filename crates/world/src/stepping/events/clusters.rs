@@ -151,7 +151,7 @@ impl Clusters {
         let (whole, relative) = (outcome.residual.absolute, outcome.residual.relative);
         for &c in class {
             let (residual, relative) = if by_island { (0.0, 0.0) } else { (whole, relative) };
-            let islands = Vec::new();
+            let islands = Vec::with_capacity(usize::from(by_island));
             self.all[c].solved = Some(Solved { residual, relative, worst, stop: Stop::Converged, islands });
         }
         for island in outcome.islands {

@@ -34,6 +34,9 @@ impl<S: Geometry> Active<S> {
     }
     /// Adds others, none of which is here.
     pub fn add(&mut self, others: Active<S>) {
+        if self.touches.is_empty() {
+            return *self = others;
+        }
         self.touches.extend(others.touches);
         self.closing.extend(others.closing);
         self.fresh.extend(others.fresh);
@@ -148,6 +151,9 @@ impl<S: Geometry> Together<'_, S> {
     /// The contacts that persist from here.
     pub fn persisting(&self, touches: &[Touch<S>]) -> Active<S> {
         let mut active = Active::none();
+        active.names.reserve(touches.len());
+        active.touches.reserve(touches.len());
+        active.closing.reserve(touches.len());
         let still = self.limits.still_speed;
         for t in touches {
             let u = normal_velocity(&self.bodies, t);

@@ -8,7 +8,8 @@ use super::contacts::Active;
 use super::flow::Stick;
 use super::tape::Gap;
 use super::timeline::{Island, OVER, Timeline, state};
-use super::together::{Halt, Together};
+use super::together::Halt;
+use crate::bodies::Motion;
 use carom_geometry::Geometry;
 use carom_math::{Column, Pose, Rotation};
 
@@ -27,8 +28,8 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             self.set_apart(i)?;
             let k = self.island_of[i];
             if self.islands[k].is_some() {
-                let at = self.at_moment(k, moment)?;
-                self.keep(&at);
+                let mut at = self.at_moment(k, moment)?;
+                self.keep(&mut at);
                 self.islands[k] = None;
                 near.extend(at.members);
             }
@@ -54,7 +55,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let mut at = self.gather(&all, moment);
         let start = at.bodies.motion.clone();
         at.fall_back(self.common.limits.dt - moment, &mut self.tools)?;
-        self.hold_reach(&at)?;
+        self.hold_reach(&at.members, &at.bodies.motion)?;
         let dt = self.common.limits.dt;
         let number = self.islands.len();
         for (k, &i) in at.members.iter().enumerate() {
@@ -99,16 +100,22 @@ impl<S: Geometry> Timeline<'_, '_, S> {
     /// All islands are at the step's end: overlaps are removed, and everything is taken over.
     pub fn finish(&mut self) -> Result<(), Halt> {
         for k in 0..self.islands.len() {
-            if self.islands[k].is_some() {
-                let end = self.common.limits.dt;
-                let at = self.at_moment(k, end)?;
-                self.check_reach(&at, end)?;
-                if let Some(tape) = &mut self.tools.tape {
-                    tape.meet(end);
-                }
-                self.tell_flow(k, &at, end);
-                self.keep(&at);
+            let end = self.common.limits.dt;
+            let Some(island) = self.islands[k].take() else { continue };
+            // nothing but the books is left to be done for it; joints and the tape ask for the whole set
+            if island.until <= end && self.bodies.joints.is_empty() && self.tools.tape.is_none() {
+                self.check_reach(&island.members, &island.end, end)?;
+                self.islands[k] = Some(self.keep_end(island));
+                continue;
             }
+            self.islands[k] = Some(island);
+            let mut at = self.at_moment(k, end)?;
+            self.check_reach(&at.members, &at.bodies.motion, end)?;
+            if let Some(tape) = &mut self.tools.tape {
+                tape.meet(end);
+            }
+            self.tell_flow(k, &at, end);
+            self.keep(&mut at);
         }
         let movers: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
         let mut deep = vec![false; self.bodies.len()];
@@ -117,7 +124,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             let mut at = self.gather(&movers, self.common.limits.dt);
             let moved = at.project(&mut self.tools)?;
             self.tell_gap(moved, Gap::Projected, &movers);
-            self.keep(&at);
+            self.keep(&mut at);
         }
         Ok(())
     }
@@ -146,9 +153,9 @@ impl<S: Geometry> Timeline<'_, '_, S> {
 
     /// Looks at bodies that have left their reaches: they get larger ones, unless these bring a body that they may have
     /// met by this moment, or may yet meet. Then the step cannot go on.
-    pub fn check_reach(&mut self, at: &Together<S>, moment: f64) -> Result<(), Halt> {
+    pub fn check_reach(&mut self, members: &[usize], motion: &Motion<S>, moment: f64) -> Result<(), Halt> {
         let mut met = Vec::new();
-        for (i, way) in self.outgrown(at) {
+        for (i, way) in self.outgrown(members, motion) {
             self.reaches[i] = MARGIN * way;
             let (reaches, first) = (&self.reaches, &self.common.reaches);
             let newcomers = self.common.candidates.newcomers(self.bodies, i, |j| reaches[j] - first[j]);
@@ -160,16 +167,16 @@ impl<S: Geometry> Timeline<'_, '_, S> {
     }
 
     /// Refuses to go on when bodies have left their reaches, where nothing but their reaches told what they may meet.
-    fn hold_reach(&self, at: &Together<S>) -> Result<(), Halt> {
-        let outgrown = self.outgrown(at);
+    fn hold_reach(&self, members: &[usize], motion: &Motion<S>) -> Result<(), Halt> {
+        let outgrown = self.outgrown(members, motion);
         if outgrown.is_empty() { Ok(()) } else { Err(Halt::Outgrown(outgrown)) }
     }
 
     /// Bodies that have left their reaches (by index in the world), and how far they came \[m\].
-    fn outgrown(&self, at: &Together<S>) -> Vec<(usize, f64)> {
-        let (m, origin) = (&at.bodies.motion, &self.common.origin);
+    fn outgrown(&self, members: &[usize], m: &Motion<S>) -> Vec<(usize, f64)> {
+        let origin = &self.common.origin;
         let mut outgrown = Vec::new();
-        for (k, &i) in at.members.iter().enumerate() {
+        for (k, &i) in members.iter().enumerate() {
             let d = &self.bodies.data[i];
             if d.collider.is_none() || !self.bodies.is_dynamic(i) {
                 continue;

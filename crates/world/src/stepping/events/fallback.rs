@@ -15,7 +15,7 @@ use carom_solver::Twist;
 impl<S: Geometry> Together<'_, S> {
     /// Moves the set by a time \[s\] without looking for events.
     pub fn fall_back(&mut self, time: f64, tools: &mut Tools<S>) -> Result<(), Halt> {
-        let touches = self.within_reach();
+        let touches = self.within_reach(&[]);
         let before = self.twists();
         let closing: Vec<f64> = touches.iter().map(|t| -t.gap.max(0.0) / time).collect();
         let (touches, cause) = (touches.as_slice(), Cause::Fallback);
@@ -54,10 +54,12 @@ impl<S: Geometry> Together<'_, S> {
         Ok(())
     }
 
-    /// All contacts that may come to touch within the step.
-    pub fn within_reach(&mut self) -> Vec<Touch<S>> {
+    /// All contacts that may come to touch within the step, but for those of pairs that have no other contact than one of
+    /// these.
+    pub fn within_reach(&mut self, known: &[Touch<S>]) -> Vec<Touch<S>> {
         let mut touches = Vec::new();
-        for k in 0..self.pairs.len() {
+        let settled = self.settled_pairs(known);
+        for k in (0..self.pairs.len()).filter(|&k| !settled[k]) {
             let (a, b) = self.pairs[k];
             let near_by = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
             self.find((a, b), self.reaches[a] + self.reaches[b] + near_by, &mut touches);

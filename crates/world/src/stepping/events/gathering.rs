@@ -163,13 +163,13 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             if self.islands[k].is_none() {
                 continue;
             }
-            let at = match ready.iter().position(|r| r.0 == k) {
+            let mut at = match ready.iter().position(|r| r.0 == k) {
                 Some(r) => ready.swap_remove(r).1,
                 None => self.at_moment(k, moment)?,
             };
             self.tell_flow(k, &at, moment);
-            self.keep(&at);
-            self.check_reach(&at, moment)?;
+            self.keep(&mut at);
+            self.check_reach(&at.members, &at.bodies.motion, moment)?;
             let island = self.islands[k].take().expect("an island in use");
             let stopped = usize::from(island.stopping && moment >= island.until);
             self.events.slip_stops += stopped;

@@ -55,6 +55,7 @@ impl<S: Geometry> Together<'_, S> {
         let mut problem = ContactProblem::new(Vec::new(), Vec::new());
         assembly::begin(&mut problem, &self.bodies, self.settings.friction_law);
         problem.velocities = push.velocities.to_vec();
+        problem.contacts.reserve(push.touches.len());
         for (t, target) in push.touches.iter().zip(push.targets) {
             problem.contacts.push(assembly::contact(&self.bodies, t, *target));
             assembly::resist(&mut problem, t);
@@ -89,10 +90,10 @@ impl<S: Geometry> Together<'_, S> {
         };
         let acted =
             Acted { time: self.moment, length: time, touches, problem: &problem, impulses: &impulses };
-        self.log.add(&acted, |_| kind);
+        self.log.add(&acted, |_| kind, |i| i);
         let movers: Vec<usize> = self.movers().collect();
         self.log.end_act(piece, self.moment, time, movers.into_iter());
-        self.log.add_rows(&problem, &impulses);
+        self.log.add_rows(&problem, &impulses, |i| i);
         let mut after = free;
         problem.apply(&impulses, &mut after);
         self.book_push((&problem, &impulses), (&before, &after), cause);

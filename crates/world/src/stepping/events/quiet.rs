@@ -5,7 +5,7 @@
 use super::contacts::Active;
 use super::flow::Stick;
 use super::tape::Gap;
-use super::timeline::{Course, Island, Timeline, longest_flow, split};
+use super::timeline::{Course, Island, Timeline, count_islands, longest_flow, split};
 use super::together::{Halt, Together};
 use crate::joint::mover;
 use crate::narrow_phase::Touch;
@@ -42,7 +42,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             if at_once {
                 let touches = part.touches();
                 part.strike(&touches, &mut self.tools)?;
-                self.keep(&part);
+                self.keep(&mut part);
             } else {
                 self.lay_out(part, 0.0, 0, 0)?;
             }
@@ -82,7 +82,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         let dt = self.common.limits.dt;
         let at_once = self.common.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
         let coming = at.brake(&touches, dt, &mut self.tools)?;
-        self.keep(&at);
+        self.keep(&mut at);
         let mut active = at.persisting(&touches);
         active.expect(coming, dt);
         at.forget();
@@ -110,7 +110,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
                 return self.lay_out_each(&at, &active, 0.0, 0, 0);
             }
         }
-        let islands = split(&at, &active).len();
+        let islands = count_islands(&at, &active);
         let (begin, time, until) = (0.0, dt, dt);
         let course = Course {
             begin,

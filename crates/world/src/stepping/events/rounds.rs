@@ -111,6 +111,11 @@ impl<S: Geometry> Together<'_, S> {
         let known = rounds.active.touches.len();
         rounds.active.add(new);
         let (touches, closing) = (&rounds.active.touches[known..], &rounds.active.closing[known..]);
+        rounds.approaches.reserve(touches.len());
+        rounds.targets.reserve(touches.len());
+        rounds.last.closing.reserve(touches.len());
+        rounds.last.impulses.contacts.reserve(touches.len());
+        rounds.touches.reserve(touches.len());
         for (t, closing) in touches.iter().zip(closing) {
             let velocity = |i: usize| rounds.start.twist(i).at(t.point - rounds.start.position[i]);
             rounds.approaches.push(t.normal.dot(velocity(t.a) - velocity(t.b)));
@@ -373,6 +378,7 @@ impl<S: Geometry> Together<'_, S> {
         let problem = &mut last.problem;
         let settled = std::mem::take(&mut problem.contacts);
         self.begin_problem(problem, *stick, before, free);
+        problem.contacts.reserve(touches.len());
         for (k, (t, target)) in touches.iter().zip(&*targets).enumerate() {
             let contact = if clusters.of_contact(k).settled {
                 settled[k]

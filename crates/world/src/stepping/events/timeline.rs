@@ -234,7 +234,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         }
         let rest = self.common.limits.dt - moment;
         let ahead = at.brake(&touches, rest, &mut self.tools)?;
-        self.keep(&at);
+        self.keep(&mut at);
         let mut active = at.persisting(&touches);
         active.expect(ahead, rest);
         let islands = split(&at, &active);
@@ -244,24 +244,38 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         self.lay_out_each(&at, &active, moment, events, stops)
     }
 
-    /// Takes over what has been done with a set: its motion, its lines, its reports.
-    pub(super) fn keep(&mut self, at: &Together<S>) {
-        for (k, &i) in at.members.iter().enumerate() {
-            if self.bodies.is_dynamic(i) {
-                self.bodies.motion.position[i] = at.bodies.motion.position[k];
-                self.bodies.motion.rotation[i] = at.bodies.motion.rotation[k];
-                self.bodies.motion.set_twist(i, &at.bodies.motion.twist(k));
-            }
-        }
+    /// Takes over what has been done with a set: its motion, its lines, its reports, of which solves go to the worst.
+    pub(super) fn keep(&mut self, at: &mut Together<S>) {
+        self.keep_motion(&at.members, &at.bodies.motion);
         self.ledger.add(&at.ledger);
         self.accounts.add(&at.accounts, |i| at.members[i]);
         self.keep_joints(&at.bodies.joints.numbers, &at.joints);
         self.events.add(&at.events);
-        self.log.append(&at.log_of_flow(), 0.0, |i| at.members[i]);
+        at.last.tell(at.moment, &at.members, |i| self.bodies.is_dynamic(i), &mut self.log);
         self.log.append(&at.log, 0.0, |i| at.members[i]);
         self.struck.add(&at.struck);
-        for (mine, theirs) in self.worst.iter_mut().zip(&at.worst) {
-            *mine = SchemeReport::worse(mine.take(), theirs.clone());
+        for (mine, theirs) in self.worst.iter_mut().zip(&mut at.worst) {
+            *mine = SchemeReport::worse(mine.take(), theirs.take());
+        }
+    }
+
+    /// The same of an island without joints whose flow ends with the step: it is where it is laid out to be.
+    pub(super) fn keep_end(&mut self, mut island: Island<S>) -> Island<S> {
+        self.keep_motion(&island.members, &island.end);
+        self.ledger.add(&island.ledger);
+        self.accounts.add(&island.accounts, |i| island.members[i]);
+        island.last.tell(island.begin, &island.members, |i| self.bodies.is_dynamic(i), &mut self.log);
+        self.worst[0] = SchemeReport::worse(self.worst[0].take(), island.worst.take());
+        island
+    }
+
+    fn keep_motion(&mut self, members: &[usize], motion: &Motion<S>) {
+        for (k, &i) in members.iter().enumerate() {
+            if self.bodies.is_dynamic(i) {
+                self.bodies.motion.position[i] = motion.position[k];
+                self.bodies.motion.rotation[i] = motion.rotation[k];
+                self.bodies.motion.set_twist(i, &motion.twist(k));
+            }
         }
     }
 
@@ -487,6 +501,19 @@ pub(super) fn longest_flow<S: Geometry>(at: &Together<S>) -> f64 {
 
 /// The movable bodies of a set, island by island.
 pub(super) fn split<S: Geometry>(at: &Together<S>, active: &Active<S>) -> Vec<Vec<usize>> {
+    let mut sets = sets_of(at, active);
+    let mut all: Vec<usize> = (0..at.bodies.len()).filter(|&i| at.bodies.is_dynamic(i)).collect();
+    all.sort_by_key(|&i| (sets.root(i), i));
+    all.chunk_by(|&i, &j| sets.root(i) == sets.root(j)).map(<[usize]>::to_vec).collect()
+}
+
+/// How many they are.
+pub(super) fn count_islands<S: Geometry>(at: &Together<S>, active: &Active<S>) -> usize {
+    let mut sets = sets_of(at, active);
+    (0..at.bodies.len()).filter(|&i| at.bodies.is_dynamic(i) && sets.root(i) == i).count()
+}
+
+fn sets_of<S: Geometry>(at: &Together<S>, active: &Active<S>) -> Partition {
     let mut sets = Partition::default();
     sets.reset(at.bodies.len());
     for t in &active.touches {
@@ -495,7 +522,5 @@ pub(super) fn split<S: Geometry>(at: &Together<S>, active: &Active<S>) -> Vec<Ve
         }
     }
     at.bodies.jointed().for_each(|(a, b)| sets.join(a, b));
-    let mut all: Vec<usize> = (0..at.bodies.len()).filter(|&i| at.bodies.is_dynamic(i)).collect();
-    all.sort_by_key(|&i| (sets.root(i), i));
-    all.chunk_by(|&i, &j| sets.root(i) == sets.root(j)).map(<[usize]>::to_vec).collect()
+    sets
 }

@@ -33,7 +33,7 @@ pub struct Together<'a, S: Geometry> {
     pub bodies: Bodies<S>,
     /// Their indices in the world, ascending.
     pub members: Vec<usize>,
-    /// Pairs that may meet.
+    /// Pairs that may meet, ascending.
     pub pairs: Vec<(usize, usize)>,
     /// Loads through the step, gravity apart.
     pub wrenches: Vec<Wrench<S>>,
@@ -117,6 +117,22 @@ impl<S: Geometry> Default for LastFlow<S> {
     }
 }
 
+impl<S: Geometry> LastFlow<S> {
+    /// Tells a log of the flow, begun at a moment \[s\] by a set with these members, of which some move; nothing where there
+    /// was none.
+    pub fn tell(&self, moment: f64, members: &[usize], moves: impl Fn(usize) -> bool, log: &mut EventLog<S>) {
+        let LastFlow { touches, problem, impulses, time, stick, closing } = self;
+        if *time > 0.0 {
+            let acted = Acted { time: moment, length: *time, touches, problem, impulses };
+            let kind = if *stick == Stick::Mean { EventKind::Flow } else { EventKind::FlowToEnd };
+            log.add(&acted, |k| if closing[k] > 0.0 { EventKind::Closing } else { kind }, |i| members[i]);
+            let movers = members.iter().copied().filter(|&i| moves(i));
+            log.end_act(PieceKind::Flow, moment, *time, movers);
+            log.add_rows(problem, impulses, |i| members[i]);
+        }
+    }
+}
+
 /// What a trial flow may have to give back.
 pub struct Saved<S: Geometry> {
     motion: Motion<S>,
@@ -184,6 +200,19 @@ impl<S: Geometry> Together<'_, S> {
         out
     }
 
+    /// Marks the pairs of which there is nothing to be found beside these contacts: those that touch in one point at most.
+    pub fn settled_pairs(&self, known: &[Touch<S>]) -> Vec<bool> {
+        let mut settled = vec![false; self.pairs.len()];
+        for t in known {
+            let collider = |i: usize| self.bodies.data[i].collider.as_ref();
+            let (Some(a), Some(b)) = (collider(t.a), collider(t.b)) else { continue };
+            if let Ok(k) = self.pairs.binary_search(&(t.a, t.b)) {
+                settled[k] = S::touch_once(a, b);
+            }
+        }
+        settled
+    }
+
     /// Keeps what a trial flow changes.
     pub fn save(&self) -> Saved<S> {
         let (motion, memory) = (self.bodies.motion.clone(), self.memory.clone());
@@ -212,20 +241,6 @@ impl<S: Geometry> Together<'_, S> {
         self.log.clear();
         self.struck = ImpactReport::default();
         self.worst = [None, None];
-    }
-
-    /// The last flow as a log; empty where there was none.
-    pub fn log_of_flow(&self) -> EventLog<S> {
-        let mut log = EventLog::default();
-        let LastFlow { touches, problem, impulses, time, stick, closing } = &self.last;
-        if *time > 0.0 {
-            let acted = Acted { time: self.moment, length: *time, touches, problem, impulses };
-            let kind = if *stick == Stick::Mean { EventKind::Flow } else { EventKind::FlowToEnd };
-            log.add(&acted, |k| if closing[k] > 0.0 { EventKind::Closing } else { kind });
-            log.end_act(PieceKind::Flow, self.moment, *time, self.movers());
-            log.add_rows(problem, impulses);
-        }
-        log
     }
 
     /// Those that impulses move.

@@ -1,0 +1,59 @@
+//! Islands of one contact: the ladder has them solved at once, with the answer and the report of the general way.
+
+use crate::common::*;
+use carom_math::Space;
+use carom_solver::methods::ladder::Ladder;
+use carom_solver::{
+    Contact, ContactProblem, FrictionLaw, ImpulseSolver, Impulses, SolveSettings, SolverKind, Stop,
+};
+
+/// Pairs of bodies side by side, a contact between each.
+const PAIRS: usize = 60;
+const SETTINGS: SolveSettings = SolveSettings {
+    iterations: 100,
+    tolerance: 1e-12,
+    factorisations: 2000,
+    impulses: carom_solver::ImpulseChoice::Any,
+    content: None,
+};
+
+fn pairs<S: Space>(random: &mut Random, law: FrictionLaw) -> Vec<ContactProblem<S>> {
+    let recipe = Recipe { bodies: 2, contacts: 1, rows: 0, friction: 1.0, law };
+    (0..PAIRS).map(|_| random_problem(random, recipe)).collect()
+}
+
+fn contacts_alone_are_solved_as_the_general_way_solves_them<S: Space>() {
+    for (seed, law) in [(31, FrictionLaw::Disc), (32, FrictionLaw::Box)] {
+        let problems = pairs::<S>(&mut Random::new(seed), law);
+        let mut whole = ContactProblem::new(Vec::new(), Vec::new());
+        whole.friction_law = law;
+        for p in &problems {
+            let first = whole.inverse_masses.len();
+            whole.inverse_masses.extend(&p.inverse_masses);
+            whole.velocities.extend(&p.velocities);
+            let moved = p.contacts.iter().map(|c| Contact { a: c.a + first, b: c.b + first, ..*c });
+            whole.contacts.extend(moved);
+        }
+        let mut found = Impulses::zero(&whole);
+        let mut ladder = Ladder::new("exact", &[SolverKind::Exact]);
+        let outcome = ladder.solve(&whole, &SETTINGS, &mut found);
+        let mut reports = outcome.islands.iter();
+        for (k, p) in problems.iter().enumerate() {
+            let mut alone = Impulses::zero(p);
+            let general = SolverKind::Exact.make().solve(p, &SETTINGS, &mut alone);
+            assert_eq!(found.contacts[k], alone.contacts[0], "{p:?}");
+            if alone.contacts[0].normal == 0.0 {
+                continue; // where nothing presses nothing is solved
+            }
+            let report = reports.next().expect("a report of each that presses");
+            assert_eq!((report.contacts, report.residual), (1, general.residual.absolute));
+            assert_eq!(report.relative_residual, general.residual.relative);
+            assert_eq!((report.stages.len(), &report.stages[0].stop), (1, &Stop::Converged));
+        }
+        assert!(outcome.islands.len() > PAIRS / 4, "{} of {PAIRS} press", outcome.islands.len());
+    }
+}
+
+in_both_spaces! {
+    contacts_alone_are_solved_as_the_general_way_solves_them;
+}
