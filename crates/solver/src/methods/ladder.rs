@@ -67,7 +67,7 @@ impl<S: Space> Ladder<S> {
         let (prepared, law) = (&self.prepared.contacts[contact], problem.friction_law);
         let found = solver.alone(prepared, law, &problem.velocities, &impulses.contacts[contact])?;
         let mut residual = residual_alone(prepared, law, &problem.velocities, &found);
-        if !(residual.absolute <= settings.tolerance) {
+        if residual.absolute.is_nan() || residual.absolute > settings.tolerance {
             return None;
         }
         impulses.contacts[contact] = found;
