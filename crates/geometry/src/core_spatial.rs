@@ -76,6 +76,7 @@ impl SpatialCore {
             arcs: &[],
             center,
             half: None,
+            columns: None,
         };
         match self {
             SpatialCore::Point(p) => Some(bare(p, p[0])),
@@ -92,7 +93,7 @@ impl SpatialCore {
     #[inline]
     pub fn support(&self, direction: Vec3) -> (Vec3, u32) {
         match self {
-            SpatialCore::Polytope(p) => p.view().support(direction),
+            SpatialCore::Polytope(p) => p.support(direction),
             SpatialCore::Round(round) => round.support(direction),
             flat => flat.view().map_or((Vec3::ZERO, 0), |v| v.support(direction)),
         }

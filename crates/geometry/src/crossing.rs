@@ -62,11 +62,18 @@ impl Pair<'_> {
     }
 
     /// The direction across an edge of each core, where they may support it; `centers` are points inside the cores.
-    #[inline]
+    #[inline(always)]
     pub fn crossing<'c>(&self, of_a: &'c Edge, of_b: &'c Edge, centers: [Vec3; 2]) -> Option<Crossing<'c>> {
-        if !arcs_straddle(of_a, of_b) {
-            return None;
-        }
+        if arcs_straddle(of_a, of_b) { self.crossing_of_arcs(of_a, of_b, centers) } else { None }
+    }
+    /// The same where their arcs may cross: one pair in ten.
+    #[inline(never)]
+    fn crossing_of_arcs<'c>(
+        &self,
+        of_a: &'c Edge,
+        of_b: &'c Edge,
+        centers: [Vec3; 2],
+    ) -> Option<Crossing<'c>> {
         let ((u, uu), (v, vv)) = (of_a.along, of_b.along);
         let product = u.cross(v);
         if product.norm_squared() <= 1e-18 * uu * vv {
@@ -96,7 +103,7 @@ impl Pair<'_> {
 
 /// The cheap part of `arcs_cross`: a face normal's side of the other arc's plane is the sign of its product with
 /// the other edge.
-#[inline]
+#[inline(always)]
 fn arcs_straddle(of_a: &Edge, of_b: &Edge) -> bool {
     let (Some([a, b]), Some([c, d])) = (&of_a.arc, &of_b.arc) else { return true };
     let ((u, uu), (v, vv)) = (of_a.along, of_b.along);

@@ -50,19 +50,42 @@ pub enum Outcome {
     Beyond,
 }
 
+/// Which corners hold the nearest point, and with what weights.
+#[derive(Clone, Copy)]
+struct Part {
+    which: [u8; 3],
+    weights: [f64; 3],
+    count: usize,
+}
+
+impl Part {
+    #[inline(always)]
+    fn of<const N: usize>(which: [u8; N], weights: [f64; N]) -> Self {
+        let mut part = Part { which: [0; 3], weights: [0.0; 3], count: N };
+        part.which[..N].copy_from_slice(&which);
+        part.weights[..N].copy_from_slice(&weights);
+        part
+    }
+    /// The point of the part of these corners.
+    #[inline(always)]
+    fn point(&self, corners: &[Corner; 4]) -> Vec3 {
+        let weighted = |k: usize| corners[usize::from(self.which[k]) & 3].c * self.weights[k];
+        (0..self.count).fold(Vec3::ZERO, |s, k| s + weighted(k))
+    }
+}
+
 impl Simplex {
     fn new(corner: Corner) -> Self {
         Simplex { corners: [corner; 4], weights: [1.0, 0.0, 0.0, 0.0], count: 1 }
     }
-    fn of(corners: &[Corner], weights: &[f64]) -> Self {
-        let mut simplex = Simplex::new(corners[0]);
-        simplex.count = 0;
-        for (corner, weight) in corners.iter().zip(weights) {
-            simplex.corners[simplex.count] = *corner;
-            simplex.weights[simplex.count] = *weight;
-            simplex.count += 1;
-        }
-        simplex
+    /// Keeps a part of the corners.
+    #[inline(always)]
+    fn keep(&mut self, part: &Part) {
+        // the numbers of a part ascend or stand in a row of three that is turned round: read before written
+        let kept = part.which.map(|k| self.corners[usize::from(k) & 3]);
+        self.corners[..3].copy_from_slice(&kept);
+        self.weights[..3].copy_from_slice(&part.weights);
+        self.count = part.count;
     }
     /// The corners in use.
     pub fn corners(&self) -> &[Corner] {
@@ -102,96 +125,106 @@ pub fn nearest(support: &impl Fn(Vec3) -> Corner, start: Vec3, reach: f64, scale
             break;
         }
         let known = simplex.corners().iter().any(|s| s.c == corner.c);
-        let grown = if known {
-            simplex
-        } else {
-            match with(&simplex, corner) {
-                Some(grown) => grown,
-                None => return Outcome::Touching,
+        if !known {
+            simplex.corners[simplex.count] = corner;
+            let Some(part) = holding(&simplex.corners, simplex.count) else {
+                return Outcome::Touching;
+            };
+            let nearer = part.point(&simplex.corners);
+            if nearer.norm_squared() < squared {
+                simplex.keep(&part);
+                point = nearer;
+                continue;
             }
-        };
-        let nearer = |s: &Simplex| s.combine(|c| c.c).norm_squared() < squared;
+        }
         // on curved sets the corners crowd until rounding rules the simplex: its nearest point takes its place
-        let next = if known || !nearer(&grown) { on_segment(simplex.condensed(), corner) } else { grown };
-        if !nearer(&next) {
+        let mut between = Simplex { corners: [simplex.condensed(), corner, corner, corner], ..simplex };
+        between.keep(&on_segment(between.corners[0].c, corner.c));
+        let nearer = between.combine(|c| c.c);
+        let gains = nearer.norm_squared() < squared;
+        if !gains {
             break;
         }
-        (point, simplex) = (next.combine(|c| c.c), next);
+        (point, simplex) = (nearer, between);
     }
     Outcome::Apart(point, simplex)
 }
 
-/// The smallest simplex of the old corners and a new one that holds the point nearest to the origin;
-/// `None` when the origin lies inside.
-fn with(simplex: &Simplex, corner: Corner) -> Option<Simplex> {
-    let old = simplex.corners();
-    match *old {
-        [p] => Some(on_segment(p, corner)),
-        [p, q] => Some(on_triangle(p, q, corner)),
-        [p, q, r] => on_tetrahedron([p, q, r, corner]),
+/// The part of `old` corners and a new one behind them that holds the point nearest to the origin; `None` when the
+/// origin lies inside.
+#[inline(always)]
+fn holding(corners: &[Corner; 4], old: usize) -> Option<Part> {
+    let c = corners.map(|corner| corner.c);
+    match old {
+        1 => Some(on_segment(c[0], c[1])),
+        2 => Some(on_triangle(c[0], c[1], c[2])),
+        3 => on_tetrahedron(corners, &c),
         _ => None,
     }
 }
 
-fn on_segment(p: Corner, q: Corner) -> Simplex {
-    let edge = q.c - p.c;
-    let t = -p.c.dot(edge) / edge.norm_squared();
+fn on_segment(p: Vec3, q: Vec3) -> Part {
+    let edge = q - p;
+    let t = -p.dot(edge) / edge.norm_squared();
     if t >= 1.0 {
-        Simplex::of(&[q], &[1.0])
+        Part::of([1], [1.0])
     } else if t > 0.0 {
-        Simplex::of(&[p, q], &[1.0 - t, t])
+        Part::of([0, 1], [1.0 - t, t])
     } else {
-        Simplex::of(&[p], &[1.0])
+        Part::of([0], [1.0])
     }
 }
 
-fn on_triangle(p: Corner, q: Corner, r: Corner) -> Simplex {
-    let (pq, pr) = (q.c - p.c, r.c - p.c);
-    let (d1, d2) = (-pq.dot(p.c), -pr.dot(p.c));
+fn on_triangle(p: Vec3, q: Vec3, r: Vec3) -> Part {
+    let (pq, pr) = (q - p, r - p);
+    let (d1, d2) = (-pq.dot(p), -pr.dot(p));
     if d1 <= 0.0 && d2 <= 0.0 {
-        return Simplex::of(&[p], &[1.0]);
+        return Part::of([0], [1.0]);
     }
-    let (d3, d4) = (-pq.dot(q.c), -pr.dot(q.c));
+    let (d3, d4) = (-pq.dot(q), -pr.dot(q));
     if d3 >= 0.0 && d4 <= d3 {
-        return Simplex::of(&[q], &[1.0]);
+        return Part::of([1], [1.0]);
     }
     let vr = d1 * d4 - d3 * d2;
     if vr <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
         let t = d1 / (d1 - d3);
-        return Simplex::of(&[p, q], &[1.0 - t, t]);
+        return Part::of([0, 1], [1.0 - t, t]);
     }
-    let (d5, d6) = (-pq.dot(r.c), -pr.dot(r.c));
+    let (d5, d6) = (-pq.dot(r), -pr.dot(r));
     if d6 >= 0.0 && d5 <= d6 {
-        return Simplex::of(&[r], &[1.0]);
+        return Part::of([2], [1.0]);
     }
     let vq = d5 * d2 - d1 * d6;
     if vq <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
         let t = d2 / (d2 - d6);
-        return Simplex::of(&[p, r], &[1.0 - t, t]);
+        return Part::of([0, 2], [1.0 - t, t]);
     }
     let vp = d3 * d6 - d5 * d4;
     if vp <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
         let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return Simplex::of(&[q, r], &[1.0 - t, t]);
+        return Part::of([1, 2], [1.0 - t, t]);
     }
     let sum = vp + vq + vr;
-    Simplex::of(&[p, q, r], &[vp / sum, vq / sum, vr / sum])
+    Part::of([0, 1, 2], [vp / sum, vq / sum, vr / sum])
 }
 
 /// Nearest of the faces that the origin lies beyond; a flat tetrahedron shows all its faces.
-fn on_tetrahedron(corners: [Corner; 4]) -> Option<Simplex> {
-    let mut best: Option<(f64, Simplex)> = None;
+fn on_tetrahedron(corners: &[Corner; 4], c: &[Vec3; 4]) -> Option<Part> {
+    let mut best: Option<(f64, Part)> = None;
+    let lengths = c.map(Column::norm);
     for opposite in 0..4 {
-        let [p, q, r] = [1, 2, 3].map(|k| corners[(opposite + k) % 4]);
-        let normal = (q.c - p.c).cross(r.c - p.c);
-        let inner = normal.dot(corners[opposite].c - p.c);
-        let origin = -normal.dot(p.c);
-        let rounding = FLAT * normal.norm() * (p.c.norm() + corners[opposite].c.norm());
+        let face = [1, 2, 3].map(|k| (opposite + k) % 4);
+        let [p, q, r] = face.map(|k| c[k]);
+        let normal = (q - p).cross(r - p);
+        let inner = normal.dot(c[opposite] - p);
+        let origin = -normal.dot(p);
+        let rounding = FLAT * normal.norm() * (lengths[face[0]] + lengths[opposite]);
         if origin * inner <= 0.0 || inner.abs() <= rounding {
-            let face = on_triangle(p, q, r);
-            let squared = face.combine(|c| c.c).norm_squared();
+            let mut part = on_triangle(p, q, r);
+            part.which = part.which.map(|k| face[usize::from(k)] as u8);
+            let squared = part.point(corners).norm_squared();
             if best.as_ref().is_none_or(|b| squared < b.0) {
-                best = Some((squared, face));
+                best = Some((squared, part));
             }
         }
     }

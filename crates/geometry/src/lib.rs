@@ -7,6 +7,7 @@ pub mod broad_phase;
 mod check;
 mod clip;
 pub mod collider;
+mod columns;
 mod core_planar;
 mod core_spatial;
 mod crossing;

@@ -157,18 +157,26 @@ impl Pair<'_> {
         let depth = face.map_or(f64::INFINITY, |s| 2.0 * s.gap.abs() + 1e-9 * self.scale);
         let n = face.map_or(Vec3::ZERO, |s| s.normal);
         let (low, high) = face.map_or((0.0, 0.0), |s| (n.dot(s.on_a), n.dot(s.on_b)));
+        // corners once, not for each of their edges; an edge reaches where one of its ends does
+        let mut corners = Few::<(Vec3, bool), 32>::default();
+        let placed = b.points.iter().map(|p| self.point_in_a(*p));
+        corners.extend(placed.map(|p| (p, n.dot(p) >= high - depth)));
+        let corners = &corners[..];
         let mut reaching = Few::<Edge, 12>::default();
-        for k in 0..b.edges.len() {
-            let ends = self.ends_of_b(b, k);
-            if n.dot(ends[0]).max(n.dot(ends[1])) >= high - depth {
-                reaching.push(self.edge_of_b(b, k, ends));
+        for (k, ends) in b.edges.iter().enumerate() {
+            let [(one, first), (other, second)] = ends.map(|i| corners[i as usize]);
+            if first | second {
+                reaching.push(self.edge_of_b(b, k, [one, other]));
             }
         }
+        let mut reaches = Few::<bool, 32>::default();
+        reaches.extend(a.points.iter().map(|p| n.dot(*p) <= low + depth));
+        let (reaching, reaches) = (&reaching[..], &reaches[..]);
         let centers = [a.center, self.point_in_a(b.center)];
-        for k in 0..a.edges.len() {
-            let e = Edge::of(a, k);
-            if n.dot(e.ends[0]).min(n.dot(e.ends[1])) <= low + depth {
-                for f in reaching.iter() {
+        for (k, ends) in a.edges.iter().enumerate() {
+            if reaches[ends[0] as usize] | reaches[ends[1] as usize] {
+                let e = Edge::of(a, k);
+                for f in reaching {
                     if let Some(crossing) = self.crossing(&e, f, centers) {
                         visit(&crossing);
                     }

@@ -2,6 +2,7 @@
 //! counter-clockwise order seen from outside. Built from a hull's triangles (coplanar ones are joined), from a
 //! box or from one triangle. Knows no poses and no contacts.
 
+use crate::columns::Columns;
 use carom_math::{Column, Vec3, vec3};
 
 /// Corners of neighbouring triangles within this fraction of the polytope's size of a plane share a face \[1\].
@@ -39,6 +40,8 @@ pub struct Polytope {
     pub size: f64,
     /// Half side lengths when this is a box about the origin; speeds up supports.
     pub half: Option<Vec3>,
+    /// The corners and the faces' normals once more, to look for the farthest.
+    columns: [Columns; 2],
 }
 
 /// Borrowed polytope, also for the cores that own no arrays.
@@ -58,6 +61,8 @@ pub struct View<'a> {
     pub center: Vec3,
     /// Half side lengths of a box about the origin.
     pub half: Option<Vec3>,
+    /// Columns of the corners and of the faces' normals, where they are many.
+    pub columns: Option<&'a [Columns; 2]>,
 }
 
 /// Rings of the two sides of a triangle.
@@ -72,9 +77,11 @@ impl<'a> View<'a> {
     #[inline]
     pub fn support(&self, direction: Vec3) -> (Vec3, u32) {
         if let Some(half) = self.half {
-            let bit = |k: usize| u32::from(direction[k] >= 0.0);
-            let index = bit(0) | bit(1) << 1 | bit(2) << 2;
-            return (Vec3::from_fn(|k| if direction[k] >= 0.0 { half[k] } else { -half[k] }), index);
+            return support_of_box(half, direction);
+        }
+        if let Some([points, _]) = self.columns {
+            let (index, _) = points.farthest(direction);
+            return (self.points[index], index as u32);
         }
         let mut best = (0, direction.dot(self.points[0]));
         for (i, p) in self.points.iter().enumerate().skip(1) {
@@ -97,6 +104,9 @@ impl<'a> View<'a> {
                 }
             }
             return Some(best);
+        }
+        if let Some([_, normals]) = self.columns {
+            return Some(normals.farthest(direction));
         }
         let mut best: Option<(usize, f64)> = None;
         for (i, face) in self.faces.iter().enumerate() {
@@ -122,7 +132,24 @@ impl<'a> View<'a> {
     }
 }
 
+/// Corner of a box about the origin that is farthest along a direction, and its number.
+#[inline]
+fn support_of_box(half: Vec3, direction: Vec3) -> (Vec3, u32) {
+    let bit = |k: usize| u32::from(direction[k] >= 0.0);
+    let index = bit(0) | bit(1) << 1 | bit(2) << 2;
+    (Vec3::from_fn(|k| if direction[k] >= 0.0 { half[k] } else { -half[k] }), index)
+}
+
 impl Polytope {
+    /// Farthest corner along a direction, and its index.
+    #[inline]
+    pub fn support(&self, direction: Vec3) -> (Vec3, u32) {
+        if let Some(half) = self.half {
+            return support_of_box(half, direction);
+        }
+        let (index, _) = self.columns[0].farthest(direction);
+        (self.points[index], index as u32)
+    }
     /// As a borrowed polytope.
     #[inline]
     pub fn view(&self) -> View<'_> {
@@ -134,6 +161,7 @@ impl Polytope {
             arcs: &self.arcs,
             center: self.center,
             half: self.half,
+            columns: self.half.is_none().then_some(&self.columns),
         }
     }
     /// A box about the origin; corner k has the signs of k's bits.
@@ -151,7 +179,17 @@ impl Polytope {
         let (half, size) = (vec3(half[0], half[1], half[2]), points[0].norm());
         let faces: Vec<Face> = (0..6).map(face).collect();
         let (edges, arcs) = edges_of(&faces, &rings);
-        Polytope { points, faces, rings, edges, arcs, center: Vec3::ZERO, size, half: Some(half) }
+        Polytope {
+            points,
+            faces,
+            rings,
+            edges,
+            arcs,
+            center: Vec3::ZERO,
+            size,
+            half: Some(half),
+            columns: Default::default(),
+        }
     }
     /// A polytope from the corners and outward triangles of a convex hull.
     pub fn from_hull(points: Vec<Vec3>, triangles: &[[u32; 3]]) -> Self {
@@ -168,7 +206,8 @@ impl Polytope {
         let (edges, arcs) = edges_of(&faces, &rings);
         let center = points.iter().fold(Vec3::ZERO, |s, p| s + *p * (1.0 / points.len() as f64));
         let size = points.iter().fold(0.0, |m: f64, p| m.max(p.norm()));
-        Polytope { points, faces, rings, edges, arcs, center, size, half: None }
+        let columns = [Columns::of(points.iter().copied()), Columns::of(faces.iter().map(|f| f.normal))];
+        Polytope { points, faces, rings, edges, arcs, center, size, half: None, columns }
     }
 }
 
