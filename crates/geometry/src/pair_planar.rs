@@ -60,7 +60,7 @@ impl Kernel for Planar {
     ) -> Option<Separation<Planar>> {
         let scale = scale::<Planar>(a, b, b_in_a);
         let tolerance = ROUNDING * scale;
-        let mut best = widest_edge(a, b, b_in_a, tolerance);
+        let mut best = widest_edge(a, b, b_in_a, [tolerance, reach]);
         if best.is_some_and(|s| s.gap > reach) {
             return None;
         }
@@ -111,36 +111,56 @@ fn farthest(corners: &[Vec2], direction: Vec2) -> usize {
     best.0
 }
 
-/// The edge normal of either core with the largest s(n); a's edges win ties.
+/// The edge normal of either core with the largest s(n), or the first beyond `reach` \[m\]; a's edges win ties. An edge
+/// is tried only where no corner that another edge met rules it out.
 fn widest_edge(
     a: &PlanarCore,
     b: &PlanarCore,
     b_in_a: &Pose<Planar>,
-    tolerance: f64,
+    [tolerance, reach]: [f64; 2],
 ) -> Option<Separation<Planar>> {
     let mut best: Option<Separation<Planar>> = None;
-    let beats = |gap: f64, best: &Option<Separation<Planar>>| best.is_none_or(|s| gap > s.gap + tolerance);
+    // below the one an edge is ruled out, rounding and all; beyond the other it is better
+    let (mut least, mut beyond) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     let (corners_a, corners_b) = (a.corners(), b.corners());
+    let mut met: Option<Vec2> = None;
     for (i, &m) in a.normals().iter().enumerate() {
+        if met.is_some_and(|corner| m.dot(corner - corners_a[i]) <= least) {
+            continue;
+        }
         let local = b_in_a.rotation.unrotate(m);
         let j = farthest(corners_b, -local);
         let on_b = b_in_a.to_world(corners_b[j]);
+        met = Some(on_b);
         let gap = m.dot(on_b - corners_a[i]);
-        if beats(gap, &best) {
+        if gap > beyond {
+            (least, beyond) = (gap - tolerance, gap + tolerance);
             let next = (i + 1) % corners_a.len();
             let label = Label { a: [i as u32, next as u32], b: [j as u32, NONE] };
             best = Some(Separation { normal: -m, gap, on_a: on_b - m * gap, on_b, label });
+            if gap > reach {
+                return best;
+            }
         }
     }
+    let mut met = best.map(|s| b_in_a.to_body(corners_a[s.label.a[0] as usize]));
     for (j, &local) in b.normals().iter().enumerate() {
+        if met.is_some_and(|corner| local.dot(corner - corners_b[j]) <= least) {
+            continue;
+        }
         let m = b_in_a.rotation.rotate(local);
         let i = farthest(corners_a, -m);
+        met = Some(b_in_a.to_body(corners_a[i]));
         let gap = m.dot(corners_a[i] - b_in_a.to_world(corners_b[j]));
-        if beats(gap, &best) {
+        if gap > beyond {
+            (least, beyond) = (gap - tolerance, gap + tolerance);
             let next = (j + 1) % corners_b.len();
             let label = Label { a: [i as u32, NONE], b: [j as u32, next as u32] };
             best =
                 Some(Separation { normal: m, gap, on_a: corners_a[i], on_b: corners_a[i] - m * gap, label });
+            if gap > reach {
+                return best;
+            }
         }
     }
     best
