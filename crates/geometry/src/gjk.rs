@@ -81,9 +81,10 @@ impl Simplex {
     /// Keeps a part of the corners.
     #[inline(always)]
     fn keep(&mut self, part: &Part) {
-        // the numbers of a part ascend or stand in a row of three that is turned round: read before written
-        let kept = part.which.map(|k| self.corners[usize::from(k) & 3]);
-        self.corners[..3].copy_from_slice(&kept);
+        // the numbers of a part may come in any order: read before written
+        let at = |k: usize| self.corners[usize::from(part.which[k]) & 3];
+        let [first, second, third] = [at(0), at(1), at(2)];
+        (self.corners[0], self.corners[1], self.corners[2]) = (first, second, third);
         self.weights[..3].copy_from_slice(&part.weights);
         self.count = part.count;
     }
@@ -154,11 +155,11 @@ pub fn nearest(support: &impl Fn(Vec3) -> Corner, start: Vec3, reach: f64, scale
 /// origin lies inside.
 #[inline(always)]
 fn holding(corners: &[Corner; 4], old: usize) -> Option<Part> {
-    let c = corners.map(|corner| corner.c);
+    let [p, q, r, _] = corners;
     match old {
-        1 => Some(on_segment(c[0], c[1])),
-        2 => Some(on_triangle(c[0], c[1], c[2])),
-        3 => on_tetrahedron(corners, &c),
+        1 => Some(on_segment(p.c, q.c)),
+        2 => Some(on_triangle(p.c, q.c, r.c)),
+        3 => on_tetrahedron(corners),
         _ => None,
     }
 }
@@ -208,20 +209,23 @@ fn on_triangle(p: Vec3, q: Vec3, r: Vec3) -> Part {
     Part::of([0, 1, 2], [vp / sum, vq / sum, vr / sum])
 }
 
+/// The corners of the faces of a tetrahedron, each opposite to the corner of its number.
+const FACES: [[u8; 3]; 4] = [[1, 2, 3], [2, 3, 0], [3, 0, 1], [0, 1, 2]];
+
 /// Nearest of the faces that the origin lies beyond; a flat tetrahedron shows all its faces.
-fn on_tetrahedron(corners: &[Corner; 4], c: &[Vec3; 4]) -> Option<Part> {
+fn on_tetrahedron(corners: &[Corner; 4]) -> Option<Part> {
     let mut best: Option<(f64, Part)> = None;
-    let lengths = c.map(Column::norm);
-    for opposite in 0..4 {
-        let face = [1, 2, 3].map(|k| (opposite + k) % 4);
-        let [p, q, r] = face.map(|k| c[k]);
+    let at = |k: u8| corners[usize::from(k) & 3].c;
+    for (opposite, face) in (0..).zip(FACES) {
+        let (p, q, r, apex) = (at(face[0]), at(face[1]), at(face[2]), at(opposite));
         let normal = (q - p).cross(r - p);
-        let inner = normal.dot(c[opposite] - p);
+        let inner = normal.dot(apex - p);
         let origin = -normal.dot(p);
-        let rounding = FLAT * normal.norm() * (lengths[face[0]] + lengths[opposite]);
-        if origin * inner <= 0.0 || inner.abs() <= rounding {
-            let mut part = on_triangle(p, q, r);
-            part.which = part.which.map(|k| face[usize::from(k)] as u8);
+        let beyond = origin * inner <= 0.0;
+        if beyond || inner.abs() <= FLAT * normal.norm() * (p.norm() + apex.norm()) {
+            let Part { which: [i, j, k], weights, count } = on_triangle(p, q, r);
+            let number = |i: u8| face[usize::from(i) % 3];
+            let part = Part { which: [number(i), number(j), number(k)], weights, count };
             let squared = part.point(corners).norm_squared();
             if best.as_ref().is_none_or(|b| squared < b.0) {
                 best = Some((squared, part));
