@@ -1,7 +1,7 @@
 """A double pendulum
 
 Two bars on hinges, released from the side. Joints hold their gap to rounding; the line of the second bar's
-end never repeats. Below, the ledger: kinetic energy from gravity's work and back, closed to rounding.
+end never repeats. Beside it, the ledger: kinetic energy from gravity's work and back, closed to rounding.
 """
 
 from matplotlib.figure import Figure

@@ -15,7 +15,7 @@ w.solver = "auto"
 run = w.run(4.0)
 runs = {"auto": run}
 problem = w.problem()
-figure = Figure(figsize=(11, 4.8), layout="constrained")
+figure = Figure(figsize=(11, 5.6), layout="constrained")
 left, right = figure.subplots(1, 2)
 picture.draw(w, left, impulses=True, view=(-1.75, 1.75, -0.15, 2.3))
 for number, contact in enumerate(w.contacts):

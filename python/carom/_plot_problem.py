@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from carom.errors import CaromError
 from carom.plotting import MARKERS, MOST_SQUARES, PALETTE, style
@@ -73,10 +73,19 @@ def convergence_picture(curves: Sequence[Convergence], axes: Axes, against: str 
         mark = {"marker": MARKERS[count % len(MARKERS)], "markersize": 3.5}
         axes.plot(along[shown], curve.residual[shown], label=label, **{**style(count), **mark})
     if axes.get_lines():
+        _label_decades(axes)
         title = "; ".join(refused) if refused else None
         axes.legend(fontsize="small", title=title, title_fontsize="x-small")
     elif refused:
         axes.text(0.5, 0.5, "\n".join(refused), ha="center", va="center", transform=axes.transAxes)
+
+
+def _label_decades(axes: Axes) -> None:
+    """Labels whole decades where there are two, else 1, 2 and 5: all nine would stand on each other."""
+    low, high = axes.get_xlim()
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0,) if high >= 100 * low else (1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def plot_problem(problem: ContactProblem, curves: Sequence[Convergence]) -> Figure:

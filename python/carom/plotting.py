@@ -21,6 +21,7 @@ from carom.errors import CaromError
 
 if TYPE_CHECKING:
     from carom.recorded import Run
+    from carom.recording import Floats
 
 #: Okabe and Ito's palette for colour-blind readers (2008), black first.
 PALETTE = (
@@ -84,14 +85,14 @@ def plot(run: Run, kind: str = "all", *, step: int | None = None) -> Figure:
         else:
             PICTURES[name](run, axes)
     scene = run.header.scene_name or "run"
-    figure.suptitle(
-        f"{scene}: {len(run.steps)} steps of {run.header.dt:.4g} s, {run.settings.get('solver', '')}"
-    )
+    figure.suptitle(f"{scene}: {len(run.steps)} steps of {run.header.dt:.4g} s, {run.summary()['solver']}")
     return figure
 
 
-def save_figure(figure: Figure, path: str | Path) -> None:
-    """Writes a figure; the suffix chooses PNG, or SVG or PDF with lines as lines and the PDF's text as text.
+def save_figure(figure: Figure | Axes, path: str | Path) -> None:
+    """Writes a figure, or that of axes; the suffix chooses PNG, or SVG or PDF with lines as lines.
+
+    The PDF's text is text, the SVG's is lines.
 
     The same figure gives the same bytes: files carry no date.
 
@@ -100,6 +101,10 @@ def save_figure(figure: Figure, path: str | Path) -> None:
     CaromError
         When the suffix is none of these or the path cannot be written.
     """
+    if isinstance(figure, Axes):
+        whole = figure.get_figure(root=True)
+        assert whole is not None
+        figure = whole
     path = Path(path)
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         remedy = "give a path that ends in .png, .svg or .pdf"
@@ -149,6 +154,12 @@ def momentum_picture(run: Run, axes: Axes) -> None:
     right.legend(handles, [str(line.get_label()) for line in handles], fontsize="small")
 
 
+def _alone(values: Floats) -> npt.NDArray[np.bool_]:
+    """Values without one beside them: a line through them shows nothing."""
+    missing = np.concatenate(([True], np.isnan(values), [True]))
+    return ~missing[1:-1] & missing[:-2] & missing[2:]
+
+
 def residual_picture(run: Run, axes: Axes) -> None:
     """Residual of each step on a logarithmic axis [m/s]; steps at exactly zero are not drawn."""
     steps, worst = run.steps, run.worst
@@ -158,6 +169,10 @@ def residual_picture(run: Run, axes: Axes) -> None:
         return
     values = np.where(steps["residual"] > 0, steps["residual"], np.nan)
     axes.semilogy(steps["time"], values, label="residual", color=PALETTE[5], linewidth=0.9)
+    alone = _alone(values)
+    axes.plot(steps["time"][alone], values[alone], "o", color=PALETTE[5], markersize=3)
+    if len(values) > 1:
+        axes.set_xlim(steps["time"][0], steps["time"][-1])
     axes.plot([worst.time], [worst.value], "o", color=PALETTE[0], label=f"worst, {worst.where()}")
     tolerance = run.settings.get("tolerance")
     if tolerance:

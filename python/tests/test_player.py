@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import base64
 import gzip
+import io
 import json
 import re
 import shutil
 import struct
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +21,9 @@ import carom
 from carom import planar, spatial
 from carom.cli import main
 from carom.errors import CaromError
-from carom.player import encode, film, page, steps, words
+from carom.player import chromium, encode, film, page, steps, words
 from carom.player.chromium import find_chromium
-from carom.player.drawing import draw_planar
+from carom.player.drawing import _Drawing, draw_planar
 from carom.player.quantise import (
     decode_rotation,
     encode_position,
@@ -255,6 +258,68 @@ def test_films_refuse_what_they_cannot_be(tmp_path: Path, field: str, given: dic
     with pytest.raises(CaromError) as caught:
         stack().run(0.1).to_mp4(tmp_path / "run.mp4", **given)
     assert caught.value.field == field
+
+
+@pytest.mark.skipif(find_chromium() is None, reason="there is no Chromium here")
+def test_a_picture_is_taken_whatever_closes_itself_at_a_fork(tmp_path: Path) -> None:
+    # matplotlib does so with the files of its fonts, which then have the numbers that the browser gets
+    script = f"""
+import os, carom
+from carom import planar
+held = [os.open(os.devnull, os.O_RDONLY) for _ in range(8)]
+os.register_at_fork(after_in_child=lambda: [os.close(number) for number in held])
+world = planar.World()
+world.add_body("ball", planar.Circle(0.5), density=1.0, position=(0, 1))
+before = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0
+world.run(0.1).to_png({str(tmp_path / "run.png")!r}, size=(320, 200))
+after = len(os.listdir("/proc/self/fd")) if before else 0
+assert after == before, (before, after)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_browser_that_cannot_be_started_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    broken = tmp_path / "chromium"
+    broken.write_bytes(b"no program")
+    broken.chmod(0o755)
+    monkeypatch.setattr(chromium, "find_chromium", lambda: str(broken))
+    with pytest.raises(CaromError, match="cannot be started") as caught:
+        chromium.Chromium((320, 200))
+    assert caught.value.field == "chromium"
+
+
+def test_the_floor_is_drawn_far_from_its_own_place(tmp_path: Path) -> None:
+    world = planar.World()
+    world.add_static("floor", planar.HalfPlane())
+    world.add_body("ball", planar.Circle(0.5), density=1.0, position=(300, 0.5))
+    with_floor = drawn(world.run(0.1))
+    without = planar.World(gravity=(0, 0))
+    without.add_body("ball", planar.Circle(0.5), density=1.0, position=(300, 0.5))
+    corner = (-2, 2)  # below, to the left
+    assert with_floor[corner] != drawn(without.run(0.1))[corner]
+
+
+def drawn(run: Run) -> Any:
+    from PIL import Image
+
+    picture = Image.open(io.BytesIO(draw_planar(run, 0.0, (300, 200), "light", False))).convert("RGB")
+    return {(-2, 2): picture.getpixel((2, picture.height - 3))}
+
+
+def test_the_impulse_between_two_bodies_is_drawn_on_the_one_it_lifts() -> None:
+    world = planar.World(solver="exact")
+    world.add_static("floor", planar.HalfPlane(), friction=0.5)
+    for name, height in (("upper", 1.5), ("lower", 0.5)):  # the upper one is a of the pair, then b
+        world.add_body(name, planar.Box(1, 1), density=1.0, position=(0, height), friction=0.5)
+    run = world.run(0.1)
+    rows = run.contacts[-1]
+    impulse = rows["normal"] * rows["normal_impulse"][:, None] + rows["friction_impulse"]
+    drawing = _Drawing(run, (300, 200))
+    shown = np.where(drawing._is_on_b(rows, impulse)[:, None], -impulse, impulse)
+    assert len(shown) == 4
+    assert (shown[:, 1] > 0).all()
 
 
 @pytest.mark.skipif(find_chromium() is None, reason="there is no Chromium here")

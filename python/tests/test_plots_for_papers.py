@@ -143,6 +143,23 @@ def test_spy_draws_every_entry_of_a(problem: ContactProblem) -> None:
     assert np.ma.count(shown) == np.count_nonzero(size > 1e-12 * size.max())
 
 
+def test_the_figure_of_spy_s_axes_is_saved(problem: ContactProblem, tmp_path: Path) -> None:
+    save_figure(problem.spy(), tmp_path / "pattern.svg")
+    assert (tmp_path / "pattern.svg").read_bytes().startswith(b"<?xml")
+
+
+def test_labels_of_a_short_time_axis_do_not_stand_on_each_other(problem: ContactProblem) -> None:
+    figure = problem.plot(("pgs",))
+    figure.canvas.draw()
+    for axes in figure.axes[1:3]:
+        labels = [t for t in axes.get_xticklabels(which="both") if t.get_text() and t.get_visible()]
+        low, high = axes.get_xlim()
+        shown = [t.get_window_extent() for t in labels if low <= t.get_position()[0] <= high]
+        shown.sort(key=lambda box: float(box.x0))
+        assert len(shown) >= 1
+        assert all(left.x1 < right.x0 for left, right in pairwise(shown))
+
+
 def test_neighbouring_colours_differ_in_grey_too() -> None:
     def grey(color: str) -> float:
         parts = [int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)]

@@ -10,6 +10,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from scripted import ScriptedWorld
 
+from carom import planar
 from carom.errors import CaromError
 from carom.plotting import KINDS, PALETTE, normal_matrix, plot, save_figure
 from carom.recording import Header, MemoryRecorder
@@ -122,3 +123,23 @@ def test_the_first_seven_colours_stay_apart_for_colour_blind_readers() -> None:
         seen = np.clip(linear @ blindness.T, 0, 1)
         for one, other in itertools.combinations(seen, 2):
             assert np.linalg.norm(one ** (1 / 2.4) - other ** (1 / 2.4)) > 0.1
+
+
+def test_a_residual_that_stands_alone_is_drawn_and_the_solver_named() -> None:
+    world = planar.World(iterations=2)
+    world.add_static("floor", planar.HalfPlane(), restitution=0.9)
+    world.add_body("box", planar.Box(1, 0.4), mass=1.0, position=(0, 1.1), restitution=0.9)
+    world.add_body("other", planar.Box(1, 0.4), mass=1.0, position=(0.3, 1.9), restitution=0.9)
+    world.on_inaccurate = "ignore"
+    run = world.run(1.5)
+    residual = run.steps["residual"]
+    figure = plot(run, "residual")
+    axes = figure.axes[0]
+    alone = residual > 0
+    alone[1:] &= residual[:-1] == 0
+    alone[:-1] &= residual[1:] == 0
+    points = [np.size(line.get_xdata()) for line in axes.get_lines() if line.get_marker() == "o"]
+    assert alone.sum() > 3
+    assert sorted(points) == [1, alone.sum()]  # the worst, and all that are alone
+    assert axes.get_xlim() == (run.steps["time"][0], run.steps["time"][-1])
+    assert "pgs" in figure.get_suptitle()

@@ -97,20 +97,35 @@ class Chromium:
         def wire() -> None:
             # the pipes' own numbers may be 3 and 4 themselves, so they are moved out of the way first
             to_browser, from_browser = os.dup(inner_in), os.dup(inner_out)
-            high_in, high_out = os.dup2(to_browser, 60), os.dup2(from_browser, 61)
+            high_in = os.dup2(to_browser, 60, inheritable=False)
+            high_out = os.dup2(from_browser, 61, inheritable=False)
             os.dup2(high_in, 3)
             os.dup2(high_out, 4)
 
-        self._process = subprocess.Popen(
-            [path, *flags],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            pass_fds=(3, 4),
-            preexec_fn=wire,
-        )
-        os.close(inner_in)
-        os.close(inner_out)
+        try:
+            self._process = subprocess.Popen(
+                [path, *flags],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                # 3 and 4 are made after the fork: to pass them on would ask for them to be open before, and
+                # what has these numbers may close itself at a fork. The kernel closes all other files.
+                close_fds=False,
+                preexec_fn=wire,
+            )
+        except (OSError, subprocess.SubprocessError) as error:
+            for pipe in (self._to, self._from):
+                os.close(pipe)
+            self._folder.cleanup()
+            raise CaromError(
+                f"{path!r} cannot be started: {error}; {_REMEDY}",
+                field="chromium",
+                value=path,
+                remedy=_REMEDY,
+            ) from error
+        finally:
+            os.close(inner_in)
+            os.close(inner_out)
 
     def open(self, page: Path) -> None:
         """Opens a page from a file and waits until it is ready."""

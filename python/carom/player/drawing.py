@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from carom.player.shapes import Shapes, shapes_of_run
-from carom.recording import Floats
+from carom.recording import Floats, Records
 
 if TYPE_CHECKING:
     from carom.recorded import Run
@@ -80,7 +81,10 @@ class _Drawing:
         finite = extent[np.isfinite(extent)] if extent is not None else np.zeros(0)
         margin = float(np.median(finite)) if len(finite) else 0.1
         self.low, self.high = position.min(axis=0) - margin, position.max(axis=0) + margin
-        self.reach = 4 * float((self.high - self.low).max())
+        # half-planes are drawn about their own place, however far the bodies are from it
+        stands = run.position[:, run.header.kind == 1].reshape(-1, 2)
+        away = np.linalg.norm(stands - (self.low + self.high) / 2, axis=1).max(initial=0.0)
+        self.reach = 4 * float((self.high - self.low).max()) + float(away)
         self.outlines = [outlines_of(table, self.reach) for table in self.shapes.tables]
         self.aspect = size[0] / size[1]
 
@@ -113,8 +117,7 @@ class _Drawing:
         if not len(pressing):
             return
         impulse = pressing["normal"] * pressing["normal_impulse"][:, None] + pressing["friction_impulse"]
-        fixed_a = self.run.header.kind[pressing["a"]] != 0
-        impulse = np.where(fixed_a[:, None], -impulse, impulse)
+        impulse = np.where(self._is_on_b(pressing, impulse)[:, None], -impulse, impulse)
         unit = 0.08 * float((self.high - self.low).max())
         arrows = impulse / np.quantile(np.linalg.norm(impulse, axis=1), 0.98) * unit
         colours = [_STATUS[status] for status in pressing["status"]]
@@ -124,6 +127,14 @@ class _Drawing:
             at[:, 0], at[:, 1], arrows[:, 0], arrows[:, 1], color=colours, angles="xy", scale_units="xy",
             scale=1, width=0.003, zorder=5,
         )  # fmt: skip
+
+    def _is_on_b(self, pressing: Records, on_a: Floats) -> npt.NDArray[np.bool_]:
+        """Contacts whose impulse on b is drawn: on the body that moves, of two on the one it lifts."""
+        moves: npt.NDArray[np.bool_] = self.run.header.kind == 0
+        gravity = np.asarray(self.run.settings.get("gravity", (0.0, 0.0)), dtype=np.float64)
+        sinks = on_a @ gravity > 0
+        chosen: npt.NDArray[np.bool_] = ~moves[pressing["a"]] | (moves[pressing["b"]] & sinks)
+        return chosen
 
     def _frame(self, axes: Axes) -> None:
         center, half = (self.low + self.high) / 2, (self.high - self.low) / 2

@@ -124,11 +124,13 @@ def _residuals(world: Any) -> dict[tuple[int, int], float]:
 
 
 def _lines(world: Any) -> list[list[Any]]:
-    """The certificate of the persistent contacts' solve: words, value, unit."""
-    found = world.certificate()
+    """The certificate of the contacts' solve, or of the impacts' if that is worse: words, value, unit."""
+    solves = [(world.certificate(phase), phase) for phase in ("contact", "impact")]
+    found, of = max(solves, key=lambda each: float(each[0].residual))
     rows = f" and {found.rows} rows of joints" if found.rows else ""
+    solve = "the impacts' first round" if of == "impact" else "the contacts' solve"
     return [
-        [f"residual of the natural map ({found.contacts} contacts{rows})", found.residual, "m/s"],
+        [f"residual of the natural map in {solve} ({found.contacts} contacts{rows})", found.residual, "m/s"],
         ["the same, over that of no impulses at all", found.relative_residual, "1"],
         ["largest pull, or friction beyond its limit", found.cone_violation, "N s"],
         ["largest |impulse × velocity left along the normal|", found.complementarity, "J"],
