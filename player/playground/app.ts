@@ -3,6 +3,7 @@
 import { SPEEDS } from "../src/clock";
 import { button, choice, element } from "../src/dom";
 import { counted, quantity } from "../src/format";
+import { takes } from "../src/keyboard";
 import { BodyPanel } from "../src/panels/body";
 import { DrawingControls } from "../src/panels/drawing";
 import { MatrixPanel } from "../src/panels/matrix";
@@ -100,7 +101,7 @@ export class Playground {
 
   /** Loads a scene; what is refused leaves the one that is there. Whether it was loaded. */
   load(state: Shared): boolean {
-    const { name, text, snapshot, settings } = state;
+    const { name, text, snapshot, settings, own } = state;
     const meshes = text === undefined ? {} : { ...this.namedIn(text), ...state.meshes };
     const known = name !== undefined && text === undefined && snapshot === undefined;
     try {
@@ -108,6 +109,7 @@ export class Playground {
         op: "load",
         ...(known ? { name } : text !== undefined ? { text, meshes } : { snapshot }),
         settings: settings ?? {},
+        ...(own ? { own } : {}),
       }) as About;
       this.state = { ...state, settings: { ...settings } };
       if (Object.keys(meshes).length > 0) this.state.meshes = meshes;
@@ -192,9 +194,19 @@ export class Playground {
 
   /** The address that holds this state: the scene at its beginning, later the whole state. */
   async link(): Promise<string> {
-    const begins = this.session!.live.taken === 0;
-    const state = begins ? this.state : { snapshot: this.engine.ask({ op: "snapshot" }) as string };
+    const { live } = this.session!;
+    const state = live.taken === 0 ? this.state : this.snapshot(live);
     return location.href.split("#")[0] + (await packed(state));
+  }
+
+  /** The whole state, with what the sliders of coefficients show. */
+  private snapshot(live: LiveReplay): Shared {
+    const { friction, restitution } = this.state;
+    const changed = friction !== undefined || restitution !== undefined;
+    return {
+      snapshot: this.engine.ask({ op: "snapshot" }) as string,
+      ...(changed ? { friction, restitution, own: live.about.own } : {}),
+    };
   }
 
   /** What a pointer does with the hand; for programs too. */
@@ -219,8 +231,8 @@ export class Playground {
     const selection = new Selection();
     const place = element("div", { class: "scene" });
     const plots = new LivePlots(live);
-    const matrix = new MatrixPanel(live.asReplay, clock.asClock, selection);
-    const body = new BodyPanel(live.asReplay, clock.asClock, selection);
+    const matrix = new MatrixPanel([live.asReplay], clock.asClock, selection);
+    const body = new BodyPanel([live.asReplay], clock.asClock, selection);
     const controls = new Controls(about, {
       set: (settings) => this.set(settings),
       coefficients: (friction, restitution) => this.coefficients(friction, restitution),
@@ -352,8 +364,7 @@ export class Playground {
 
   private key(event: KeyboardEvent): void {
     const { target } = event;
-    if (target instanceof HTMLElement && target.closest("input, textarea, select, button")) return;
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || takes(target, event.key)) return;
     const clock = this.session?.clock;
     const acts: Record<string, () => void> = {
       " ": () => clock?.toggle(),
@@ -400,7 +411,7 @@ export class Playground {
     const { settings, solver } = live.about;
     const scheme = settings.scheme === "soft_step" ? "soft_step" : `${settings.scheme}, ${solver}`;
     this.header.querySelector(".told")!.textContent =
-      `${counted(live.bodies, "body").replace("bodys", "bodies")}  ·  ${scheme}  ·  dt ${quantity(settings.dt, "s", 3)}`;
+      `${counted(live.bodies, "body", "bodies")}  ·  ${scheme}  ·  dt ${quantity(settings.dt, "s", 3)}`;
     const asleep = live.asleep;
     session.told.textContent = [
       `${live.time[0].toFixed(3)} s`,

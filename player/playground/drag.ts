@@ -1,7 +1,6 @@
 /** Dragging bodies: the pointer holds a point of a body, and the engine's spring pulls it to the pointer. */
 
 import { Plane, Vector3 } from "three";
-import type { Bodies } from "../src/scene/bodies";
 import type { SceneView } from "../src/scene/view";
 import type { LiveReplay } from "./live";
 
@@ -21,7 +20,7 @@ export function letDrag(host: HTMLElement, view: SceneView, live: LiveReplay, ha
     const met = stage.rayAt(event.clientX, event.clientY).ray.intersectPlane(plane!, new Vector3());
     return met ? [met.x, met.y, met.z] : undefined;
   };
-  const bodies = (view as unknown as { bodies: Bodies }).bodies;
+  const { bodies } = view;
   host.addEventListener(
     "pointerdown",
     (event) => {

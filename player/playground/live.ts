@@ -1,7 +1,7 @@
 /** A run that is being computed, as the parts of the replay page see a recorded one: its frame is always the last. */
 
 import type { Clock } from "../src/clock";
-import type { Contacts } from "../src/data/contacts";
+import { type Contacts, pressing } from "../src/data/contacts";
 import type { ShapeTable, Table } from "../src/data/payload";
 import type { Replay, Steps } from "../src/data/replay";
 
@@ -26,6 +26,10 @@ export interface About {
   shapes: ShapeTable[];
   shape: number[];
   center: number[];
+  /** Friction and restitution of the bodies in the scene [1]. */
+  own: [number, number][];
+  /** Pairs of movable bodies that a joint joins. */
+  jointed: [number, number][];
   inverse_mass: number[];
   inverse_inertia: number[][];
 }
@@ -74,7 +78,7 @@ export class LiveReplay implements Omit<Public<Replay>, "payload" | "steps"> {
   readonly inverseMass: Float64Array;
   readonly inverseInertia: Float64Array;
   readonly payload = { has: () => false };
-  usualImpulse = 1;
+  usualImpulse = 0;
   /** Numbers of the frame that is shown. */
   private now: Float64Array = new Float64Array(FIGURES);
   private read: Contacts | undefined;
@@ -121,6 +125,10 @@ export class LiveReplay implements Omit<Public<Replay>, "payload" | "steps"> {
     return this.time[0];
   }
 
+  get jointed(): [number, number][] {
+    return this.about.jointed;
+  }
+
   /** Steps taken. */
   get taken(): number {
     return this.now[STEPS];
@@ -160,13 +168,10 @@ export class LiveReplay implements Omit<Public<Replay>, "payload" | "steps"> {
       this.points = this.points.filter((_, i) => i % 2 === 0);
       this.every *= 2;
     }
-    const pressing = this.contacts()
-      .normalImpulse.filter((impulse) => impulse > 0)
-      .sort();
-    if (pressing.length) {
-      const usual = pressing[Math.floor(0.98 * (pressing.length - 1))];
-      this.usualImpulse += 0.1 * (usual - this.usualImpulse);
-    }
+    const { normalImpulse, status } = this.contacts();
+    const usual = pressing(normalImpulse, status);
+    // the first at once, then as the frames go
+    if (usual > 0) this.usualImpulse += (this.usualImpulse > 0 ? 0.1 : 1) * (usual - this.usualImpulse);
   }
 
   /** Columns over the points that are kept. */

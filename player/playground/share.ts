@@ -11,6 +11,8 @@ export interface Shared {
   settings?: Record<string, unknown>;
   friction?: number;
   restitution?: number;
+  /** With a snapshot: friction and restitution that the bodies have in the scene, where all were given others [1]. */
+  own?: [number, number][];
 }
 
 const KEY = "#s=";

@@ -3,9 +3,10 @@
 import { Clock } from "./clock";
 import type { Payload } from "./data/payload";
 import { Replay } from "./data/replay";
+import { namesOf, wayOf } from "./data/settings";
 import { button, choice, element, facts } from "./dom";
 import { type FilmSettings, film } from "./film";
-import { quantity } from "./format";
+import { counted, quantity } from "./format";
 import { KEYS, listenToKeys } from "./keyboard";
 import { BodyPanel } from "./panels/body";
 import { CertificatePanel } from "./panels/certificate";
@@ -37,8 +38,8 @@ export class App {
     const place = element("div", { class: "scene" });
     const transport = new Transport(this.clock, replay.end);
     this.plots = new PlotsPanel(chartsOf(replay, second), this.clock);
-    this.matrix = new MatrixPanel(replay, this.clock, this.selection);
-    const body = new BodyPanel(replay, this.clock, this.selection);
+    this.matrix = new MatrixPanel(this.replays, this.clock, this.selection);
+    const body = new BodyPanel(this.replays, this.clock, this.selection);
     const certificate = new CertificatePanel(this.replays, this.clock, this.selection);
     this.tabs = new Tabs([
       { name: "Plots", root: this.plots.root, shown: () => this.plots.showTime() },
@@ -55,7 +56,7 @@ export class App {
     header.append(...this.headerParts(replay, second));
     this.showChosenBody();
     listenToKeys(this.clock, {
-      follow: () => this.selection.follow(this.selection.followed >= 0 ? -1 : this.selection.body),
+      follow: () => this.selection.follow(this.selection.isFollowed ? -1 : this.selection.body),
       reset: () => this.view.stage.reset(),
       seeThrough: () => this.drawing.toggleThrough(),
       theme: () => switchTheme(),
@@ -89,9 +90,9 @@ export class App {
   private headerParts(replay: Replay, second: Replay | undefined): HTMLElement[] {
     const { table } = replay;
     const told = [
-      `${replay.bodies.toLocaleString("en")} bodies`,
-      `${table.kept.steps.toLocaleString("en")} steps of ${quantity(table.dt, "s")}`,
-      [table.settings.scheme, table.settings.solver].filter(Boolean).join(", "),
+      counted(replay.bodies, "body", "bodies"),
+      `${counted(table.kept.steps, "step")} of ${quantity(table.dt, "s")}`,
+      wayOf(table),
       `worst residual ${table.worst.value === null ? "not finite" : quantity(table.worst.value, "m/s", 2)}`,
       `books close to ${quantity(table.energy_closure, "J", 2)}`,
     ].filter(Boolean);
@@ -109,9 +110,7 @@ export class App {
   }
 
   private compared(replay: Replay, second: Replay): HTMLElement {
-    const names = [replay, second].map(
-      ({ table }, i) => `${i + 1}: ${table.settings.solver ?? table.settings.scheme ?? "run"}`,
-    );
+    const names = namesOf(replay.table, second.table);
     return choice(
       "how the two runs are shown",
       [
@@ -127,10 +126,12 @@ export class App {
 
   /** A click on a body opens its panel. */
   private showChosenBody(): void {
-    let before = -1;
+    let before = "";
     this.selection.onChange(() => {
-      if (this.selection.body !== before && this.selection.body >= 0) this.tabs.showNamed("Body");
-      before = this.selection.body;
+      const { body, run } = this.selection;
+      const now = `${run} ${body}`;
+      if (now !== before && body >= 0) this.tabs.showNamed("Body");
+      before = now;
     });
   }
 }

@@ -13,7 +13,7 @@ export interface Entry {
   value: number;
 }
 
-/** Island of each contact, numbered from 0 in order of appearance; bodies that forces do not move join nothing. */
+/** Island of each contact, numbered from 0 in order of appearance; joints join too, and bodies that forces do not move join nothing. */
 export function islandsOf(replay: Replay, contacts: Contacts): Int32Array {
   const parent = Int32Array.from({ length: replay.bodies }, (_, body) => body);
   const root = (body: number): number => {
@@ -25,6 +25,7 @@ export function islandsOf(replay: Replay, contacts: Contacts): Int32Array {
     return at;
   };
   const moves = (body: number): boolean => replay.inverseMass[body] > 0;
+  for (const [a, b] of replay.jointed) parent[root(a)] = root(b);
   for (let i = 0; i < contacts.count; i++) {
     if (moves(contacts.a[i]) && moves(contacts.b[i])) parent[root(contacts.a[i])] = root(contacts.b[i]);
   }

@@ -46,12 +46,23 @@ export function listenToKeys(clock: Clock, actions: KeyActions): void {
     Escape: () => actions.unchoose(),
   };
   document.addEventListener("keydown", (event) => {
-    const target = event.target as HTMLElement;
-    if (event.ctrlKey || event.metaKey || event.altKey || target.matches("select, input[type=text]")) return;
-    if (event.key === " " && target.matches("button, input[type=checkbox]")) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || takes(event.target, event.key)) return;
     const wanted = act[event.key];
     if (!wanted) return;
     event.preventDefault();
     wanted(event);
   });
+}
+
+/** Keys that move a slider. */
+const SLIDES = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
+/** Keys that press a button. */
+const PRESSES = [" ", "Enter"];
+
+/** Whether what has the focus needs a key itself; the scrubber's are the page's own. */
+export function takes(target: EventTarget | null, key: string): boolean {
+  if (!(target instanceof Element)) return false;
+  if (target.matches("select, textarea, input:not([type=range], [type=checkbox], [type=file])")) return true;
+  if (target.matches("input[type=range]:not(.scrubber)")) return SLIDES.includes(key);
+  return PRESSES.includes(key) && target.matches("button, summary, input[type=checkbox], input[type=file]");
 }

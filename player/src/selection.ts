@@ -2,16 +2,20 @@
 
 type Listener = () => void;
 
-/** See the file's head. Bodies and contacts by their rows; contacts are those of the frame shown. */
+/** See the file's head. Bodies and contacts by their rows in a run; contacts are those of the frame shown. */
 export class Selection {
-  /** Body that is chosen, or -1. */
+  /** The run that panels tell of, of two that are compared. */
+  run = 0;
+  /** Body of that run that is chosen, or -1. */
   body = -1;
-  /** Body that follows the camera, or -1. */
+  /** Body that follows the camera, or -1, and its run. */
   followed = -1;
-  /** Bodies pointed at. */
+  followedRun = 0;
+  /** Bodies pointed at, and their run. */
   hoveredBodies: readonly number[] = [];
   /** Contacts pointed at. */
   hoveredContacts: readonly number[] = [];
+  hoveredRun = 0;
   private readonly listeners: Listener[] = [];
 
   /** Calls `listener` after each change. */
@@ -19,22 +23,36 @@ export class Selection {
     this.listeners.push(listener);
   }
 
-  choose(body: number): void {
-    if (body === this.body) return;
+  choose(body: number, run = this.run): void {
+    if (body === this.body && run === this.run) return;
     this.body = body;
+    this.run = run;
     this.tell();
   }
 
   follow(body: number): void {
     this.followed = body;
+    this.followedRun = this.run;
     this.tell();
   }
 
-  hover(bodies: readonly number[], contacts: readonly number[]): void {
-    if (same(bodies, this.hoveredBodies) && same(contacts, this.hoveredContacts)) return;
+  /** Whether the chosen body is the one that the camera follows. */
+  get isFollowed(): boolean {
+    return this.followed >= 0 && this.followed === this.body && this.followedRun === this.run;
+  }
+
+  hover(bodies: readonly number[], contacts: readonly number[], run = this.run): void {
+    const known = run === this.hoveredRun || (!bodies.length && !contacts.length);
+    if (known && same(bodies, this.hoveredBodies) && same(contacts, this.hoveredContacts)) return;
     this.hoveredBodies = bodies;
     this.hoveredContacts = contacts;
+    this.hoveredRun = run;
     this.tell();
+  }
+
+  /** Contacts of a run that are pointed at. */
+  contactsOf(run: number): readonly number[] {
+    return run === this.hoveredRun ? this.hoveredContacts : [];
   }
 
   private tell(): void {

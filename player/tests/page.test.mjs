@@ -177,7 +177,7 @@ withPage(
     const box = await chart.boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await settled(page);
-    assert.match(await page.locator('[data-chart="Energy"] .readout').innerText(), /kinetic .* J/);
+    assert.match(await page.locator('[data-chart="Energy"] .readout').innerText(), /kinetic\s+.* J/);
     assert.ok(
       await page.locator('[data-chart="Residual"] .readout.hovered').count(),
       "all charts follow the pointer",
@@ -302,6 +302,313 @@ withPage("two runs are shown as ghosts, side by side and alone", "two.html", {},
     });
     assert.deepEqual(stands, [true, true], "both runs have their floor");
   }
+});
+
+/** Labels of a chart's axes, and how far the last of its time axis stands from its canvas's right edge [px]. */
+const axesOf = (page, chart) =>
+  page.evaluate((name) => {
+    const { plot: u } = window.carom.plots.plots.find((plot) => plot.chart.name === name);
+    const context = new OffscreenCanvas(9, 9).getContext("2d");
+    const [times, values] = u.axes.map((axis) => axis._values.map((text) => text ?? ""));
+    context.font = "11px ui-sans-serif, system-ui, sans-serif";
+    const last = times.length - 1;
+    const right = u.bbox.left / devicePixelRatio + u.valToPos(u.axes[0]._splits[last], "x");
+    const room = u.width - right - context.measureText(times[last]).width / 2;
+    return { times, values: values.filter(Boolean), room };
+  }, chart);
+
+withPage(
+  "charts stay where they are while the run plays and the pointer reads them",
+  "bounces.html",
+  {},
+  async (page) => {
+    const tops = () =>
+      page.evaluate(() => {
+        const { top } = document.querySelector(".plots").getBoundingClientRect();
+        return [...document.querySelectorAll(".plot")]
+          .map((plot) => plot.getBoundingClientRect().top - top)
+          .join();
+      });
+    const before = await tops();
+    for (const share of [0.1, 0.25, 0.5, 0.8, 1]) {
+      await page.evaluate((part) => window.carom.seek(part * window.carom.clock.times.at(-1)), share);
+      await settled(page);
+      assert.equal(await tops(), before, `at ${share} of the run`);
+    }
+    const box = await page.locator('[data-chart="Energy"] .u-over').boundingBox();
+    for (const share of [0.02, 0.3, 0.97]) {
+      await page.mouse.move(box.x + share * box.width, box.y + box.height / 2);
+      await settled(page);
+      assert.equal(await tops(), before, "under the pointer");
+      assert.match(await page.locator('[data-chart="Residual"] .readout').innerText(), /residual\s*[0-9]/);
+    }
+  },
+);
+
+withPage(
+  "a residual with none beside it is drawn, and one of zero is told",
+  "blows.html",
+  {},
+  async (page) => {
+    const found = await page.evaluate(() => {
+      const { plot: u, chart } = window.carom.plots.plots.find((plot) => plot.chart.name === "Residual");
+      const drawn = new OffscreenCanvas(u.ctx.canvas.width, u.ctx.canvas.height).getContext("2d", {
+        willReadFrequently: true,
+      });
+      drawn.drawImage(u.ctx.canvas, 0, 0);
+      const [line] = chart.lines;
+      const values = [...line.values];
+      const has = (i) => values[i] !== null && values[i] !== undefined;
+      const alone = values.map((_, i) => i).filter((i) => has(i) && !has(i - 1) && !has(i + 1));
+      const ink = (i) => {
+        const [x, y] = [u.valToPos(chart.time[i], "x", true), u.valToPos(values[i], "y", true)];
+        const { data } = drawn.getImageData(Math.round(x) - 1, Math.round(y) - 1, 3, 3);
+        return data.filter((value, k) => k % 4 === 3 && value > 200).length;
+      };
+      const zero = [...line.told].indexOf(0);
+      return { alone: alone.map(ink), zero, time: chart.time[zero] };
+    });
+    assert.ok(found.alone.length > 0, "the run has such residuals");
+    assert.ok(
+      found.alone.every((pixels) => pixels >= 4),
+      found.alone.join(),
+    );
+    assert.ok(found.zero >= 0, "and zeros");
+    await page.evaluate((time) => window.carom.seek(time), found.time);
+    await settled(page);
+    assert.match(await page.locator('[data-chart="Residual"] .readout').innerText(), /residual\s*0 m\/s/);
+  },
+);
+
+withPage("axes have labels that can be read", "bounces.html", {}, async (page) => {
+  const { values } = await axesOf(page, "Residual");
+  assert.ok(values.length >= 2 && values.every((text) => text.startsWith("10")), values.join());
+  for (const name of ["Energy", "Work by cause", "Closure of the books", "Momentum", "Deepest overlap"]) {
+    const { values: labels } = await axesOf(page, name);
+    assert.ok(labels.length >= 2, `${name}: ${labels.join()}`);
+  }
+  for (const name of ["Energy", "Residual", "Contacts"]) {
+    const { room, times } = await axesOf(page, name);
+    assert.ok(room >= 0, `${name}: ${times.at(-1)} ends ${-room} pixels beyond the chart`);
+  }
+});
+
+withPage("a chart of nothing but zeros has no other label", "alone.html", {}, async (page) => {
+  assert.deepEqual((await axesOf(page, "Contacts")).values, ["0"]);
+  assert.match(await page.locator("header .told").innerText(), /^1 body /);
+});
+
+withPage(
+  "of two runs every line is plotted, under names that tell them apart",
+  "tolerances.html",
+  {},
+  async (page) => {
+    const names = await page.evaluate(() =>
+      Object.fromEntries(
+        window.carom.plots.plots.map(({ chart }) => [chart.name, chart.lines.map(({ name }) => name)]),
+      ),
+    );
+    for (const [chart, lines] of Object.entries(names)) {
+      if (chart === "Distance between the runs") continue;
+      const first = lines.filter((line) => !line.endsWith("(2)"));
+      for (const line of first) assert.ok(lines.includes(`${line} (2)`), `${chart}: ${lines.join()}`);
+    }
+    assert.ok(names.Residual.includes("tolerance (2)"), names.Residual.join());
+    const options = await page.locator("header select").innerText();
+    assert.match(options, /1: tolerance [^\n]*\n1: tolerance[^\n]*\n2: tolerance 0\.001/s);
+    const gaps = await page.evaluate(
+      () => getComputedStyle(document.querySelector(".mark.dashes")).backgroundImage,
+    );
+    assert.match(gaps, /repeating-linear-gradient/);
+  },
+);
+
+withPage("runs that are equal are told to be 0 apart", "same.html", {}, async (page) => {
+  const distance = page.locator('[data-chart="Distance between the runs"] .readout');
+  assert.match(await distance.innerText(), /largest\s*0 m\s*mean\s*0 m/);
+  assert.match(await page.locator("header select").innerText(), /2: the same settings/);
+});
+
+withPage("a click on a body of the second run tells of that run", "two.html", {}, async (page) => {
+  await page.evaluate(() => window.carom.seek(1.4));
+  const differs = await page.evaluate(() => {
+    const at = (run) => {
+      const [replay, frame] = [window.carom.replays[run], window.carom.replays[run].frameAt(1.4)];
+      const into = new Float64Array(3);
+      replay.position(frame, 4, into);
+      return [...into];
+    };
+    return [at(0), at(1)];
+  });
+  assert.ok(Math.hypot(differs[0][0] - differs[1][0], differs[0][1] - differs[1][1]) > 1e-3, "they differ");
+  for (const [how, run] of [
+    ["second", 1],
+    ["first", 0],
+    ["beside", 1],
+  ]) {
+    await page.locator("header select").selectOption(how);
+    await settled(page);
+    const at = await page.evaluate(
+      ([x, y, right]) => {
+        const { stage } = window.carom.view;
+        const box = stage.canvas.getBoundingClientRect();
+        const place = stage.toScreen(stage.controls.target.clone().set(x, y, 0));
+        return [box.left + place.x + (right ? box.width / 2 : 0), box.top + place.y];
+      },
+      [...differs[run].slice(0, 2), how === "beside"],
+    );
+    await page.evaluate(() => window.carom.selection.choose(-1, 0));
+    await page.mouse.click(...at);
+    await settled(page);
+    const { body, run: told } = await page.evaluate(() => window.carom.selection);
+    assert.deepEqual([body, told], [4, run], how);
+    const shown = await page.locator(".body-panel").innerText();
+    const x = differs[run][0].toPrecision(4).replace("-", "−");
+    assert.ok(shown.includes(`(${x.replace(/\.?0+$/, "")}`), `${how}: ${x} in ${shown}`);
+    const drawn = await page.evaluate(() => {
+      const { arrows, otherArrows } = window.carom.view;
+      return [arrows.group.visible, otherArrows.group.visible];
+    });
+    if (how !== "beside") assert.deepEqual(drawn, [run === 0, run === 1], "contacts of that run are drawn");
+  }
+});
+
+for (const [file, below] of [
+  ["bounces.html", [0, -0.5, 0]],
+  ["far.html", [0, 0, -0.02]],
+]) {
+  withPage(`a floor is drawn under the scene wherever its own place is: ${file}`, file, {}, async (page) => {
+    const met = await page.evaluate((at) => {
+      const { stage, bodies } = window.carom.view;
+      const place = stage.toScreen(stage.controls.target.clone().set(...at));
+      const box = stage.canvas.getBoundingClientRect();
+      const around = [-250, 0, 250].map((by) =>
+        bodies.pick(stage.rayAt(box.left + place.x + by, box.top + place.y)),
+      );
+      return around.filter((body) => body === 0).length;
+    }, below);
+    assert.ok(met >= 2, `${met} of three places beside the ball show the floor`);
+  });
+}
+
+withPage(
+  "arrows of a body at rest are seen beside the blows of another",
+  "bounces.html",
+  {},
+  async (page) => {
+    const lengths = await page.evaluate(() => {
+      const { view, clock, replays } = window.carom;
+      const found = { resting: [], longest: 0, unit: view.arrows.unit };
+      const begin = view.arrows.shafts.instanceMatrix;
+      for (let frame = 1; frame < clock.frames; frame++) {
+        const contacts = replays[0].contacts(frame);
+        view.arrows.show(frame, [], []);
+        const { array } = begin;
+        const heads = view.arrows.heads.instanceMatrix.array;
+        for (let i = 0; i < contacts.count; i++) {
+          const length =
+            Math.hypot(...array.slice(16 * i + 4, 16 * i + 7)) +
+            Math.hypot(...heads.slice(16 * i + 4, 16 * i + 7));
+          found.longest = Math.max(found.longest, length);
+          if (contacts.a[i] === 2 || contacts.b[i] === 2) found.resting.push(length);
+        }
+      }
+      return found;
+    });
+    const { unit, resting, longest } = lengths;
+    resting.sort((a, b) => a - b);
+    const usual = resting[resting.length >> 1];
+    assert.ok(usual > 0.3 * unit && usual < 1.5 * unit, `${usual} m where an arrow has ${unit} m`);
+    assert.ok(longest <= 3.01 * unit, `${longest} m`);
+  },
+);
+
+withPage("a belt's length is not that of a usual body", "belt.html", {}, async (page) => {
+  const usual = await page.evaluate(() => window.carom.view.usual);
+  assert.ok(Math.abs(usual - 0.5) < 1e-9, `${usual} m`);
+});
+
+for (const file of ["plane.html", "space.html", "two.html"]) {
+  withPage(`the worst step is the one that is shown when asked for: ${file}`, file, {}, async (page) => {
+    await page.getByRole("tab", { name: "Certificate" }).click();
+    const worst = await page.evaluate(() => window.carom.replays.map(({ table }) => table.worst.step + 1));
+    const between = await page.evaluate(() => window.carom.replays[0].table.worst.step % 4 !== 3);
+    for (const [run, step] of worst.entries()) {
+      await page.getByRole("button", { name: "show the worst step" }).nth(run).click();
+      await settled(page);
+      const told = await page.locator(".certificate > div").nth(run).innerText();
+      assert.ok(told.startsWith(`Step ${step},`), told);
+      if (run === 0 && between) assert.match(told, /The scene shows the frame nearest to it/);
+    }
+    await page.evaluate(() => window.carom.clock.show(3));
+    await page.evaluate(() => window.carom.tabs.refresh());
+    assert.match(await page.locator(".certificate > div").first().innerText(), /^Step 12,/);
+  });
+}
+
+withPage(
+  "soft steps are not blamed for iterations that they do not have",
+  "sleepers.html",
+  {},
+  async (page) => {
+    await page.getByRole("tab", { name: "Certificate" }).click();
+    await page.evaluate(() => window.carom.seek(1));
+    const text = await page.locator(".certificate").innerText();
+    assert.match(text, /soft springs/);
+    assert.doesNotMatch(text, /iterations|the scheme's own/);
+    assert.doesNotMatch(await page.locator("header .told").innerText(), /undefined|null/);
+  },
+);
+
+withPage("the solver that a scheme chose has its name", "plane.html", {}, async (page) => {
+  await page.getByRole("tab", { name: "Certificate" }).click();
+  assert.match(await page.locator(".certificate").innerText(), /solver\s+pgs\s+impact law\s+newton/);
+});
+
+withPage("a slider keeps its keys, and the page has the others", "plane.html", {}, async (page) => {
+  await page.locator("summary", { hasText: "Contacts" }).click();
+  const slider = page.getByLabel("length of arrows");
+  await slider.focus();
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await slider.inputValue(), "0.1");
+  assert.equal(await page.evaluate(() => window.carom.clock.frame), 0);
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => window.carom.clock.frame > 1);
+});
+
+withPage("any of 10,000 bodies is found by its name", "many.html", {}, async (page) => {
+  await page.getByRole("tab", { name: "Body" }).click();
+  const field = page.locator(".body-panel input");
+  await field.fill("body999");
+  assert.ok((await page.locator(".body-panel datalist option").count()) >= 10);
+  await field.fill("body9998");
+  assert.equal((await chosen(page)).body, 9999);
+  await field.fill("nobody");
+  await field.press("Enter");
+  assert.ok(await page.locator(".body-panel input.wrong").count(), "a name that nobody has is marked");
+});
+
+withPage("bodies that a joint joins are of one island", "jointed.html", {}, async (page) => {
+  await page.evaluate(() => window.carom.seek(0.2));
+  await page.locator("summary", { hasText: "Contacts" }).click();
+  await page.getByLabel("colour of contacts").selectOption("island");
+  await settled(page);
+  const colours = await page.evaluate(() => {
+    const { contacts, points } = window.carom.view.arrows;
+    const found = {};
+    for (let i = 0; i < contacts.count; i++) {
+      const body = Math.max(contacts.a[i], contacts.b[i]);
+      found[body] = [...points.instanceColor.array.slice(3 * i, 3 * i + 3)].join();
+    }
+    return found;
+  });
+  assert.equal(colours[1], colours[2]);
+  assert.notEqual(colours[1], colours[3]);
+});
+
+withPage("a speed has its unit", "plane.html", {}, async (page) => {
+  await page.evaluate(() => window.carom.selection.choose(4));
+  assert.match(await page.locator(".body-panel").innerText(), /velocity\s+\(.*\) m\/s, speed 2 m\/s/);
 });
 
 withPage(

@@ -130,6 +130,59 @@ def sleepers() -> Any:
     return world
 
 
+def alone() -> Any:
+    """One body that nothing touches, turning as it falls."""
+    world = planar.World(dt=1 / 100)
+    world.add_body("stone", planar.Box(1, 0.5), density=1.0, position=(0, 0), angular_velocity=2.0)
+    return world
+
+
+def bounces() -> Any:
+    """A ball that bounces beside a box at rest, on a floor whose own place is far away."""
+    world = planar.World(dt=1 / 500)
+    world.add_static("floor", planar.HalfPlane(normal=(0, 1)), position=(-700, 0), friction=0.5)
+    world.add_body("ball", planar.Circle(0.3), density=3.0, position=(0, 3), restitution=1.0)
+    world.add_body("box", planar.Box(1, 1), density=1.0, position=(1.5, 0.5), friction=0.5, restitution=0.0)
+    return world
+
+
+def blows() -> Any:
+    """Two boxes that bounce: steps with a residual between steps without a contact."""
+    world = planar.World(dt=1 / 200)
+    world.add_static("floor", planar.HalfPlane(), friction=0.5)
+    for i in range(2):
+        world.add_body(f"box{i}", planar.Box(1, 1), density=2.0, position=(0.1 * i, 1 + 1.2 * i), rotation=0.3,
+                       angular_velocity=1.0, friction=0.5, restitution=0.8)  # fmt: skip
+    return world
+
+
+def far_in_space() -> Any:
+    """A ball that rolls on a slope whose own place is far away."""
+    world = spatial.World(dt=1 / 100)
+    world.add_static("slope", spatial.HalfSpace(normal=(0.1, 0, 1)), position=(-50, 80, 5), friction=0.5)
+    world.add_body("ball", spatial.Sphere(0.3), density=3.0, position=(0, 0, 0.31), friction=0.5)
+    return world
+
+
+def jointed() -> Any:
+    """Two boxes on the floor with a joint between them, and one that stands for itself."""
+    world = planar.World(dt=1 / 100)
+    world.add_static("floor", planar.HalfPlane(normal=(0, 1)), friction=0.5)
+    for i in range(3):
+        world.add_body(f"box{i}", planar.Box(1, 1), density=2.0, position=(2 * i, 0.5), friction=0.5)
+    world.add_distance_joint("rod", "box0", "box1")
+    return world
+
+
+def belted() -> Any:
+    """Small boxes on a long belt."""
+    world = planar.World(dt=1 / 100)
+    world.add_kinematic("belt", planar.Box(40, 1), position=(0, -0.5), velocity=(0.5, 0), friction=0.5)
+    for i in range(2):
+        world.add_body(f"box{i}", planar.Box(0.5, 0.5), density=2.0, position=(i, 0.25), friction=0.5)
+    return world
+
+
 def rain() -> Any:
     """10,000 balls and boxes over the ground."""
     world = spatial.World(dt=1 / 60)
@@ -158,6 +211,14 @@ def small(folder: Path) -> None:
     gallery_planar().run(1.0, every=4).to_html(folder / "gallery-plane.html")
     gallery_spatial().run(1.0, every=4).to_html(folder / "gallery-space.html")
     sleepers().run(2.0).to_html(folder / "sleepers.html")
+    alone().run(0.5).to_html(folder / "alone.html")
+    bounces().run(3.0, every=5).to_html(folder / "bounces.html")
+    blows().run(2.0).to_html(folder / "blows.html")
+    far_in_space().run(0.5).to_html(folder / "far.html")
+    jointed().run(0.3).to_html(folder / "jointed.html")
+    belted().run(0.5).to_html(folder / "belt.html")
+    stack().run(0.5).to_html(folder / "same.html", other=stack().run(0.5))
+    stack().run(0.5).to_html(folder / "tolerances.html", other=stack().run(0.5, tolerance=1e-3))
     hostile().run(0.3).to_html(folder / "hostile.html")
     told(folder / "told.h5").to_html(folder / "told.html", explain_seconds=60.0)
     notebook(folder / "notebook.html")

@@ -412,6 +412,54 @@ test("a link brings the state back, bit for bit, and it goes on the same", optio
   }
 });
 
+test(
+  "a link of a run brings back what the sliders of coefficients show, and what the scene had",
+  options,
+  async () => {
+    await load({ text: FILES[0] });
+    const slider = () => page.locator("[data-control=friction]");
+    await page.evaluate(() => window.playground.coefficients(0.35, null));
+    await run(40);
+    const hash = await page.evaluate(async () => (await window.playground.link()).split("#")[1]);
+    const own = await page.evaluate(() =>
+      window.playground.session.live.about.own.map(([friction]) => friction),
+    );
+    const other = await opened(`#${hash}`);
+    const state = () =>
+      other.evaluate(() => ({
+        told: document.querySelector("[data-control=friction]").parentElement.querySelector("output").value,
+        value: Number(document.querySelector("[data-control=friction]").value),
+        own: window.playground.session.live.about.own.map(([friction]) => friction),
+      }));
+    assert.deepEqual(await state(), { told: "0.35", value: 0.35, own });
+    assert.equal(await slider().count(), 1);
+    // the scene's own coefficients are there again: both go on in the same way
+    for (const each of [page, other]) {
+      await each.evaluate(() => window.playground.coefficients(null, null));
+      await each.evaluate(() => window.playground.run(40));
+    }
+    assert.equal(await other.evaluate(() => window.playground.fingerprint()), await fingerprint());
+    await other.close();
+  },
+);
+
+test("keys work after a click on a control", options, async () => {
+  await load({ text: FILES[0] });
+  await page.locator("[data-control=friction]").click();
+  await page.locator("[data-control=scheme]").press("Tab");
+  await page.locator("[data-control=dt]").focus();
+  const playing = () => page.evaluate(() => window.playground.session.clock.playing);
+  assert.equal(await playing(), false);
+  await page.keyboard.press("Space");
+  assert.equal(await playing(), true);
+  await page.keyboard.press("Space");
+  assert.equal(await playing(), false);
+  const before = await page.evaluate(() => window.playground.session.live.about.settings.dt);
+  await page.keyboard.press("ArrowRight");
+  const after = await page.evaluate(() => window.playground.session.live.about.settings.dt);
+  assert.notEqual(after, before, "a slider keeps its arrows");
+});
+
 test("the list names the scene that runs, and none where it is a user's own", options, async () => {
   const named = () => page.locator("select[aria-label=scene]").inputValue();
   await load({ name: "card_house" });

@@ -2,6 +2,7 @@
 //! time where the machine has registers for that. Knows no polytopes.
 
 use carom_math::Vec3;
+#[cfg(target_arch = "x86_64")]
 use pulp::{Simd, WithSimd};
 
 /// Vectors of a row.
@@ -39,8 +40,10 @@ impl Columns {
 }
 
 /// The search in registers of four.
+#[cfg(target_arch = "x86_64")]
 struct Farthest<'a>(&'a [Row], [f64; 3]);
 
+#[cfg(target_arch = "x86_64")]
 impl WithSimd for Farthest<'_> {
     type Output = (usize, f64);
     #[inline(always)]
@@ -73,6 +76,7 @@ impl WithSimd for Farthest<'_> {
 }
 
 /// The best of four vectors, numbered; of equal ones the first.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn first_of_best(best: [f64; ROW], numbers: [f64; ROW]) -> (usize, f64) {
     let better = |one: [f64; 2], other: [f64; 2]| {

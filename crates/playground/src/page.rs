@@ -14,7 +14,7 @@ enum Request {
     /// The scenes that are known by name.
     Scenes,
     /// Another scene: by name, by its text with the triangles of its mesh files, or from a snapshot; settings replace
-    /// its own.
+    /// its own. A snapshot has the coefficients that all bodies were given; `own` are those that they had before.
     Load {
         name: Option<String>,
         text: Option<String>,
@@ -23,6 +23,7 @@ enum Request {
         settings: Map<String, Value>,
         #[serde(default)]
         meshes: mesh::Files,
+        own: Option<Vec<(f64, f64)>>,
     },
     /// Other settings, from the next step on.
     Set { settings: Map<String, Value> },
@@ -55,8 +56,11 @@ impl Page {
         let request: Request = serde_json::from_str(request).map_err(|e| format!("request: {e}"))?;
         match request {
             Request::Scenes => return Ok(scenes()),
-            Request::Load { name, text, snapshot, settings, meshes } => {
-                let run = loaded((name, text, snapshot), settings, &meshes)?;
+            Request::Load { name, text, snapshot, settings, meshes, own } => {
+                let mut run = loaded((name, text, snapshot), settings, &meshes)?;
+                if let Some(own) = own {
+                    run.know_own(own)?;
+                }
                 let about = run.about();
                 self.run = Some(run);
                 return Ok(about);

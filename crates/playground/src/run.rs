@@ -28,6 +28,11 @@ pub trait Run {
     /// # Errors
     /// For a coefficient out of range.
     fn set_coefficients(&mut self, friction: Option<f64>, restitution: Option<f64>) -> Result<(), String>;
+    /// Tells friction and restitution that bodies have in the scene \[1\], which those of all bodies hide in a snapshot.
+    ///
+    /// # Errors
+    /// For another number of bodies, or a coefficient out of range.
+    fn know_own(&mut self, own: Vec<(f64, f64)>) -> Result<(), String>;
     /// Takes hold of a body at a place \[m\]; false when forces do not move it.
     fn hold(&mut self, body: usize, place: &[f64]) -> bool;
     /// Pulls what is held to a place \[m\].
@@ -95,6 +100,8 @@ impl<S: Geometry> Run for Live<S> {
             "shapes": shapes,
             "shape": rows,
             "center": bodies.data.iter().flat_map(|d| d.mass_properties.center.as_slice().to_vec()).collect::<Vec<_>>(),
+            "own": self.own,
+            "jointed": bodies.jointed().collect::<Vec<_>>(),
             "inverse_mass": (0..bodies.len()).map(inverse).collect::<Vec<_>>(),
             "inverse_inertia": (0..bodies.len()).map(turning).collect::<Vec<_>>(),
         })
@@ -126,16 +133,19 @@ impl<S: Geometry> Run for Live<S> {
         self.world.set_settings(wanted).map_err(|e| e.to_string())
     }
     fn set_coefficients(&mut self, friction: Option<f64>, restitution: Option<f64>) -> Result<(), String> {
-        if let Some(mu) = friction.filter(|mu| !(*mu >= 0.0 && mu.is_finite())) {
-            return Err(format!("friction must be finite and >= 0, got {mu}"));
-        }
-        if let Some(e) = restitution.filter(|e| !(0.0..=1.0).contains(e)) {
-            return Err(format!("restitution must be in [0, 1], got {e}"));
-        }
+        check(friction, restitution)?;
         for (data, own) in self.world.bodies_mut().data.iter_mut().zip(&self.own) {
             data.friction = friction.unwrap_or(own.0);
             data.restitution = restitution.unwrap_or(own.1);
         }
+        Ok(())
+    }
+    fn know_own(&mut self, own: Vec<(f64, f64)>) -> Result<(), String> {
+        if own.len() != self.own.len() {
+            return Err(format!("own: {} coefficients for {} bodies", own.len(), self.own.len()));
+        }
+        own.iter().try_for_each(|&(friction, restitution)| check(Some(friction), Some(restitution)))?;
+        self.own = own;
         Ok(())
     }
     fn hold(&mut self, body: usize, place: &[f64]) -> bool {
@@ -158,4 +168,15 @@ impl<S: Geometry> Run for Live<S> {
     fn fingerprint(&self) -> u64 {
         fingerprint::of(&self.world)
     }
+}
+
+/// Coefficients that bodies may have.
+fn check(friction: Option<f64>, restitution: Option<f64>) -> Result<(), String> {
+    if let Some(mu) = friction.filter(|mu| !(*mu >= 0.0 && mu.is_finite())) {
+        return Err(format!("friction must be finite and >= 0, got {mu}"));
+    }
+    if let Some(e) = restitution.filter(|e| !(0.0..=1.0).contains(e)) {
+        return Err(format!("restitution must be in [0, 1], got {e}"));
+    }
+    Ok(())
 }

@@ -64,6 +64,31 @@ fn a_snapshot_goes_on_bit_for_bit() {
 }
 
 #[test]
+fn a_snapshot_under_common_coefficients_goes_back_to_the_scenes_own() {
+    let mut page = Page::default();
+    let about = load(&mut page, FIRST).unwrap();
+    page.answer(r#"{"op": "coefficients", "friction": 0.9, "restitution": null}"#).unwrap();
+    page.steps(20, &mut Vec::new()).unwrap();
+    let snapshot = page.answer(r#"{"op": "snapshot"}"#).unwrap();
+    let mut other = Page::default();
+    let told = json!({ "op": "load", "snapshot": snapshot, "own": about["own"] });
+    assert_eq!(other.answer(&told.to_string()).unwrap()["own"], about["own"]);
+    for each in [&mut page, &mut other] {
+        each.answer(r#"{"op": "coefficients", "friction": null, "restitution": null}"#).unwrap();
+        each.steps(20, &mut Vec::new()).unwrap();
+    }
+    let ask = r#"{"op": "fingerprint"}"#;
+    assert_eq!(page.answer(ask).unwrap(), other.answer(ask).unwrap());
+    for (own, said) in [
+        (json!([[0.5, 0.5]]), "1 coefficients for 12 bodies"),
+        (json!(vec![[-1.0, 0.0]; 12]), "friction must"),
+    ] {
+        let wrong = json!({ "op": "load", "snapshot": snapshot, "own": own }).to_string();
+        assert!(other.answer(&wrong).unwrap_err().contains(said));
+    }
+}
+
+#[test]
 fn the_hand_lifts_a_body_and_lets_it_go() {
     let mut page = Page::default();
     let body = json!({ "name": "disc", "density": 100.0, "shape": { "type": "circle", "radius": 0.2 } });

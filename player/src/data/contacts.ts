@@ -28,6 +28,22 @@ export interface Contacts {
 /** Vectors and numbers of contacts that are kept as halves. */
 type Halves = "normal" | "gap" | "normal_impulse" | "friction_impulse" | "slip";
 
+/** Contacts and frames that are looked at for the usual impulse. */
+const MOST_LOOKED_AT = 300_000;
+const MOST_FRAMES = 200;
+/** Code of a contact that strikes. */
+const STRIKES = 3;
+
+/** The largest impulse of contacts that do not strike, else of those that do; 0 where none presses [N s]. */
+export function pressing(impulse: ArrayLike<number>, status: ArrayLike<number>): number {
+  let [resting, striking] = [0, 0];
+  for (let i = 0; i < impulse.length; i++) {
+    if (status[i] === STRIKES) striking = Math.max(striking, impulse[i]);
+    else resting = Math.max(resting, impulse[i]);
+  }
+  return resting || striking;
+}
+
 /** See the file's head. */
 export class PackedContacts {
   private readonly status: Uint8Array;
@@ -66,16 +82,22 @@ export class PackedContacts {
     return contacts;
   }
 
-  /** The impulse that 98 of 100 pressing contacts stay below [N s]. */
-  usualImpulse(): number {
-    const count = this.payload.length("contact_normal_impulse");
-    const stride = Math.max(1, Math.floor(count / 20000));
-    const some = new Uint16Array(Math.ceil(count / stride));
-    for (let i = 0; i < some.length; i++)
-      some[i] = this.payload.codes("contact_normal_impulse", i * stride, i * stride + 1)[0];
-    const pressing = fromHalves(some, this.scale("normal_impulse")).filter((impulse) => impulse > 0);
-    pressing.sort();
-    return pressing.length ? pressing[Math.floor(0.98 * (pressing.length - 1))] : 1;
+  /**
+   * The median over frames of the largest impulse that presses without striking [N s]: a blow that lasts one frame is not
+   * what the others are measured by. `offsets` are where the frames' contacts begin. 0 where nothing presses.
+   */
+  usualImpulse(offsets: ArrayLike<number>): number {
+    const frames = offsets.length - 1;
+    const contacts = offsets[frames];
+    // all frames of small runs, some of large ones
+    const stride = Math.max(1, Math.ceil(contacts / MOST_LOOKED_AT), Math.ceil(frames / MOST_FRAMES));
+    const largest: number[] = [];
+    for (let frame = frames - 1; frame >= 0; frame -= stride) {
+      const [begin, end] = [offsets[frame], offsets[frame + 1]];
+      const found = pressing(this.read("normal_impulse", begin, end), this.status.subarray(begin, end));
+      if (found > 0) largest.push(found);
+    }
+    return largest.sort((a, b) => a - b)[largest.length >> 1] ?? 0;
   }
 
   private read(name: Halves, begin: number, end: number): Float32Array {

@@ -39,6 +39,11 @@ export interface Table {
   ms_per_step: number | null;
   gravity: number[];
   settings: Record<string, string | number | boolean>;
+  /** Solver and law of impacts, also where the scheme chose them; absent in pages from before. */
+  solver?: string;
+  impact?: string;
+  /** Joints with the names of their bodies; `b` is null for the world. */
+  joints?: { name: string; kind: string; a: string; b: string | null }[];
   /** Whether bodies may fall asleep; absent in pages from before. */
   sleeping?: boolean;
   names: string[];

@@ -37,7 +37,9 @@ export class Replay {
   readonly steps: Steps;
   /** What residuals are measured by [m/s]: what was asked for, or a millionth. */
   readonly tolerance: number;
-  /** Largest contact impulse that is drawn in full length: 98 of 100 contacts have less [N s]. */
+  /** Pairs of bodies that forces move and a joint joins. */
+  readonly jointed: [number, number][];
+  /** What presses hardest in a usual frame, strikes apart: an arrow of the usual length [N s]; 0 where nothing presses. */
   readonly usualImpulse: number;
   private readonly codes: Uint16Array;
   private readonly turns: Uint16Array;
@@ -68,7 +70,8 @@ export class Replay {
     this.detailFrames = payload.array("detail_frames") as Int32Array;
     this.offsets = payload.array("contact_offsets") as Uint32Array;
     this.all = new PackedContacts(payload, this.dimension);
-    this.usualImpulse = this.all.usualImpulse();
+    this.usualImpulse = this.all.usualImpulse(this.offsets);
+    this.jointed = this.joined();
     this.steps = stepsOf(payload);
   }
 
@@ -159,6 +162,15 @@ export class Replay {
     const row = nearest(this.detailFrames, frame);
     const [begin, end] = [this.offsets[row], this.offsets[row + 1]];
     return this.all.between(begin, end);
+  }
+
+  private joined(): [number, number][] {
+    const rows = new Map(this.names.map((name, row) => [name, row]));
+    const moves = (row: number | undefined): row is number => row !== undefined && this.inverseMass[row] > 0;
+    return (this.table.joints ?? []).flatMap(({ a, b }): [number, number][] => {
+      const [first, second] = [rows.get(a), b === null ? undefined : rows.get(b)];
+      return moves(first) && moves(second) ? [[first, second]] : [];
+    });
   }
 
   private halves(name: string, begin: number, end: number): Float32Array {

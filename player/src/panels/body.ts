@@ -10,41 +10,54 @@ import type { Selection } from "../selection";
 
 /** Most contacts that are listed. */
 const MOST = 60;
-/** Most bodies that are offered by name. */
-const MOST_NAMES = 2000;
+/** Most bodies that a list offers; of more, names are looked for. */
+const MOST_LISTED = 200;
+/** Most names that are proposed while one is written. */
+const MOST_PROPOSED = 50;
 
 /** See the file's head. */
 export class BodyPanel {
   readonly root = element("div", { class: "body-panel" });
   private readonly content = element("div");
   private readonly follow: HTMLButtonElement;
+  private readonly pickers: { root: HTMLInputElement | HTMLSelectElement; show(body: number): void }[];
 
   constructor(
-    private readonly replay: Replay,
+    private readonly replays: readonly Replay[],
     private readonly clock: Clock,
     private readonly selection: Selection,
   ) {
-    const names = replay.names.slice(0, MOST_NAMES).map((name, body) => [String(body), name] as const);
-    const list = choice("body", [["-1", "choose a body …"], ...names], "-1", (value) =>
-      selection.choose(Number(value)),
-    );
     this.follow = button("follow", "let the camera follow this body (f)", () =>
-      selection.follow(selection.followed === selection.body ? -1 : selection.body),
+      selection.follow(selection.isFollowed ? -1 : selection.body),
     );
-    this.root.append(element("div", { class: "row" }, list, this.follow), this.content);
-    selection.onChange(() => {
-      list.value = String(selection.body);
-      this.show();
-    });
+    this.pickers = replays.map((replay) =>
+      replay.bodies > MOST_LISTED ? this.searched(replay.names) : this.listed(replay.names),
+    );
+    const row = element("div", { class: "row" }, ...this.pickers.map(({ root }) => root), this.follow);
+    if (replays.length > 1) row.prepend(this.runs());
+    this.root.append(row, this.content);
+    selection.onChange(() => this.show());
     clock.onMove(new Calm(() => this.show()).ask);
     this.show();
   }
 
+  private get replay(): Replay {
+    return this.replays[this.selection.run];
+  }
+
+  private get frame(): number {
+    return this.selection.run === 0 ? this.clock.frame : this.replay.frameAt(this.clock.time);
+  }
+
   /** Tells of the chosen body at the frame shown. */
   show(): void {
-    const { body, followed } = this.selection;
+    const { body, run } = this.selection;
     this.follow.disabled = body < 0;
-    this.follow.textContent = followed >= 0 && followed === body ? "following" : "follow";
+    this.follow.textContent = this.selection.isFollowed ? "following" : "follow";
+    this.pickers.forEach((picker, i) => {
+      picker.root.hidden = i !== run;
+      picker.show(body);
+    });
     if (body < 0) {
       this.content.replaceChildren(
         element("p", { class: "hint" }, "Click a body in the scene, or choose one by name."),
@@ -55,9 +68,78 @@ export class BodyPanel {
     this.content.replaceChildren(this.motion(body), this.touching(body));
   }
 
+  /** Which run's bodies are told of. */
+  private runs(): HTMLSelectElement {
+    const { selection } = this;
+    const list = choice(
+      "run",
+      [
+        ["0", "run 1"],
+        ["1", "run 2"],
+      ],
+      "0",
+      (value) => {
+        const name = this.replay.names[selection.body];
+        const run = Number(value);
+        selection.choose(name === undefined ? -1 : this.replays[run].names.indexOf(name), run);
+      },
+    );
+    selection.onChange(() => {
+      list.value = String(selection.run);
+    });
+    return list;
+  }
+
+  /** A list of all bodies. */
+  private listed(names: readonly string[]): BodyPanel["pickers"][number] {
+    const options = names.map((name, body) => [String(body), name] as const);
+    const root = choice("body", [["-1", "choose a body …"], ...options], "-1", (value) =>
+      this.selection.choose(Number(value)),
+    );
+    return {
+      root,
+      show: (body) => {
+        root.value = String(body);
+      },
+    };
+  }
+
+  /** A field for a name, which proposes those that hold what was written. */
+  private searched(names: readonly string[]): BodyPanel["pickers"][number] {
+    const proposed = element("datalist", { id: `names-${this.replays.findIndex((r) => r.names === names)}` });
+    const root = element("input", {
+      type: "text",
+      list: proposed.id,
+      placeholder: `name of one of ${names.length.toLocaleString("en")} bodies`,
+      "aria-label": "body",
+      autocomplete: "off",
+      spellcheck: "false",
+    });
+    this.root.append(proposed);
+    const rows = new Map(names.map((name, row) => [name, row]));
+    root.addEventListener("input", () => {
+      const found: HTMLElement[] = [];
+      for (let row = 0; row < names.length && found.length < MOST_PROPOSED; row++)
+        if (names[row].includes(root.value)) found.push(element("option", { value: names[row] }));
+      proposed.replaceChildren(...found);
+      const row = rows.get(root.value);
+      if (row !== undefined) this.selection.choose(row);
+    });
+    root.addEventListener("change", () => root.classList.toggle("wrong", !rows.has(root.value)));
+    return {
+      root,
+      show: (body) => {
+        if (body >= 0) root.classList.remove("wrong");
+        if (document.activeElement === root && body < 0) return;
+        const name = names[body] ?? "";
+        if (root.value !== name) root.value = name;
+      },
+    };
+  }
+
   private motion(body: number): HTMLElement {
     const { replay } = this;
-    const { frame } = this.clock;
+    const { frame } = this;
     const d = replay.dimension;
     const position = new Float64Array(3);
     const quaternion = new Float64Array(4);
@@ -71,7 +153,7 @@ export class BodyPanel {
       ["mass", inverse > 0 ? quantity(1 / inverse, "kg") : "∞"],
       ["centre of mass", vector(position.subarray(0, d), "m")],
       ["rotation", rotationText(quaternion, d)],
-      ["velocity", `${vector(velocity, "m/s")}, ${figure(Math.hypot(...velocity), 3)}`],
+      ["velocity", `${vector(velocity, "m/s")}, speed ${quantity(Math.hypot(...velocity), "m/s", 3)}`],
       ["angular velocity", d === 2 ? quantity(spin[0], "rad/s") : vector(spin, "rad/s")],
     ];
     if (inverse > 0) {
@@ -87,12 +169,12 @@ export class BodyPanel {
 
   private sleeps(body: number): boolean {
     const who = new Uint8Array(this.replay.bodies);
-    this.replay.sleepers(this.clock.frame, who);
+    this.replay.sleepers(this.frame, who);
     return who[body] === 1;
   }
 
   private touching(body: number): HTMLElement {
-    const contacts = this.replay.contacts(this.clock.frame);
+    const contacts = this.replay.contacts(this.frame);
     const rows: HTMLElement[] = [];
     for (let i = 0; i < contacts.count && rows.length < MOST; i++) {
       if (contacts.a[i] !== body && contacts.b[i] !== body) continue;

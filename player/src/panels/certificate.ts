@@ -4,6 +4,7 @@ import { Calm } from "../calm";
 import type { Clock } from "../clock";
 import type { Explained } from "../data/payload";
 import type { Replay } from "../data/replay";
+import { impactOf, isSoft, solverOf } from "../data/settings";
 import { button, element, facts } from "../dom";
 import { bytes, counted, figure, quantity } from "../format";
 import type { Selection } from "../selection";
@@ -13,7 +14,9 @@ const STOPS = ["within its tolerance", "out of iterations", "out of factorisatio
 /** See the file's head. */
 export class CertificatePanel {
   readonly root = element("div", { class: "certificate" });
-  private readonly step = element("div");
+  private readonly steps: HTMLElement[];
+  /** A step that was asked for, by its run and row, and the frame that was shown for it. */
+  private asked: { run: number; row: number; frame: number } | undefined;
 
   constructor(
     private readonly replays: readonly Replay[],
@@ -21,29 +24,43 @@ export class CertificatePanel {
     private readonly selection: Selection,
   ) {
     const many = replays.length > 1;
-    this.root.append(element("h3", {}, "The step shown"), this.step);
-    replays.forEach((replay, i) => {
-      const which = many ? ` of run ${i + 1}` : "";
-      this.root.append(element("h3", {}, `The worst step${which}`), this.worst(replay, i === 0));
-      this.root.append(element("h3", {}, `The run${which}`), runFacts(replay));
-      this.root.append(element("h3", {}, `What this page keeps${which}`), keptFacts(replay));
+    const which = (run: number): string => (many ? ` of run ${run + 1}` : "");
+    this.steps = replays.map(() => element("div"));
+    this.steps.forEach((step, run) => {
+      this.root.append(element("h3", {}, `The step shown${which(run)}`), step);
+    });
+    replays.forEach((replay, run) => {
+      this.root.append(element("h3", {}, `The worst step${which(run)}`), this.worst(replay, run));
+      this.root.append(element("h3", {}, `The run${which(run)}`), runFacts(replay));
+      this.root.append(element("h3", {}, `What this page keeps${which(run)}`), keptFacts(replay));
     });
     clock.onMove(new Calm(() => this.show()).ask);
     this.show();
   }
 
-  /** Tells of the step that ended at the frame shown. */
+  /** Tells of the step that ended at the frame shown, or of the one that was asked for. */
   show(): void {
     if (this.root.hidden) return;
-    const replay = this.replays[0];
-    const row = replay.steps.time.length ? replay.stepAt(this.clock.time) : -1;
-    if (row < 0 || this.clock.time < replay.steps.time[0] * (1 - 1e-9)) {
-      this.step.replaceChildren(
-        element("p", { class: "hint" }, "The initial state: no step has been taken."),
-      );
-      return;
+    if (this.asked?.frame !== this.clock.frame) this.asked = undefined;
+    this.replays.forEach((replay, run) => {
+      const asked = this.asked?.run === run ? this.asked.row : undefined;
+      this.steps[run].replaceChildren(...this.told(replay, asked));
+    });
+  }
+
+  private told(replay: Replay, asked: number | undefined): HTMLElement[] {
+    const { time } = this.clock;
+    const moments = replay.steps.time;
+    if (asked !== undefined) {
+      const apart = Math.abs(moments[asked] - time) > 1e-9 * Math.max(1, Math.abs(time));
+      const note = `The scene shows the frame nearest to it, t = ${figure(time, 5)} s.`;
+      const said = apart ? [element("p", { class: "hint" }, note)] : [];
+      return [...this.sentences(replay, asked), ...said, ...this.explained(replay, asked)];
     }
-    this.step.replaceChildren(...this.sentences(replay, row), ...this.explained(replay, row));
+    const row = moments.length ? replay.stepAt(time) : -1;
+    if (row < 0 || time < moments[0] * (1 - 1e-9))
+      return [element("p", { class: "hint" }, "The initial state: no step has been taken.")];
+    return [...this.sentences(replay, row), ...this.explained(replay, row)];
   }
 
   private sentences(replay: Replay, row: number): HTMLElement[] {
@@ -52,14 +69,16 @@ export class CertificatePanel {
     const every = replay.table.kept.steps_per_point;
     const span =
       every > 1 ? `The ${every} steps around step ${read("number") + 1}` : `Step ${read("number") + 1}`;
-    const solver = String(replay.table.settings.solver ?? "the scheme's own solver");
     const residual = read("residual");
     const tolerance = Number(replay.table.settings.tolerance);
+    const how = isSoft(replay.table)
+      ? "soft springs hold them, and no solve aims at a tolerance"
+      : `${solverOf(replay.table)} took ${counted(read("iterations"), "iteration")} and ended ${STOPS[read("stop")] ?? ""}`;
+    const judged = tolerance > 0 && !isSoft(replay.table);
     const told = [
-      `${span}, up to t = ${figure(replay.steps.time[row], 5)} s: ${counted(read("contacts"), "contact")}; ` +
-        `${solver} took ${counted(read("iterations"), "iteration")} and ended ${STOPS[read("stop")] ?? ""}.`,
+      `${span}, up to t = ${figure(replay.steps.time[row], 5)} s: ${counted(read("contacts"), "contact")}; ${how}.`,
       `The answer is off the laws of contact by ${quantity(residual, "m/s", 3)}${pair("worst")}${
-        tolerance > 0
+        judged
           ? `, ${residual <= tolerance ? "within" : "above"} the tolerance of ${quantity(tolerance, "m/s", 3)}`
           : ""
       }.`,
@@ -72,13 +91,15 @@ export class CertificatePanel {
 
   /** Why, and the certificate, of the step that ended at the frame shown or at the nearest frame that is told. */
   private explained(replay: Replay, row: number): HTMLElement[] {
-    const { steps } = replay.table.words;
+    const { words } = replay.table;
     const at = replay.steps.column("number")?.[row] ?? row;
-    const numbers = Object.keys(steps).map(Number);
+    if (at === words.step && words.certificate.length)
+      return [element("h4", {}, "Why"), ...explanation(words)];
+    const numbers = Object.keys(words.steps).map(Number);
     if (!numbers.length) return [];
     const step = numbers.reduce((best, n) => (Math.abs(n - at) < Math.abs(best - at) ? n : best));
     const own = element("h4", {}, step === at ? "Why" : `Why, at step ${step + 1}`);
-    return [own, ...explanation(steps[step])];
+    return [own, ...explanation(words.steps[step])];
   }
 
   /** The two bodies of a step's extreme contact, in words. */
@@ -88,7 +109,7 @@ export class CertificatePanel {
     return `, worst between ${replay.names[pairs[2 * row]]} and ${replay.names[pairs[2 * row + 1]]}`;
   }
 
-  private worst(replay: Replay, canJump: boolean): HTMLElement {
+  private worst(replay: Replay, run: number): HTMLElement {
     const { worst, words } = replay.table;
     const root = element("div");
     if (worst.step < 0) {
@@ -98,20 +119,24 @@ export class CertificatePanel {
     const between = worst.between ? ` between ${worst.between[0]} and ${worst.between[1]}` : "";
     const text = `Step ${worst.step + 1}, t = ${figure(worst.time ?? 0, 5)} s: residual ${worst.value === null ? "not finite" : quantity(worst.value, "m/s", 3)}${between}.`;
     root.append(element("p", {}, text));
-    if (canJump) root.append(button("show it", "show the worst step", () => this.jump(replay)));
+    root.append(button("show it", "show the worst step", () => this.jump(replay, run)));
     root.append(...explanation(words));
     if (words.note) root.append(element("p", { class: "hint" }, words.note));
     return root;
   }
 
-  private jump(replay: Replay): void {
+  private jump(replay: Replay, run: number): void {
     const { worst } = replay.table;
     this.clock.pause();
     this.clock.seek(worst.time ?? 0);
+    // frames are fewer than steps: the step itself is told, whichever frame is nearest
+    this.asked = { run, row: replay.stepAt(worst.time ?? 0), frame: this.clock.frame };
+    this.show();
+    this.root.scrollTop = 0;
     const bodies = (worst.between ?? [])
       .map((name) => replay.names.indexOf(name))
       .filter((body) => body >= 0);
-    this.selection.hover(bodies, []);
+    this.selection.hover(bodies, [], run);
   }
 }
 
@@ -130,15 +155,14 @@ function explanation(told: Explained): HTMLElement[] {
 
 function runFacts(replay: Replay): HTMLElement {
   const { table } = replay;
-  const setting = (name: string): string => String(table.settings[name] ?? "the scheme's own");
   const deepest = table.deepest.value ?? 0;
   return facts([
     ["scene", table.title],
     ["bodies", replay.bodies.toLocaleString("en")],
     ["steps", `${table.kept.steps.toLocaleString("en")} of ${quantity(table.dt, "s")}`],
-    ["scheme", setting("scheme")],
-    ["solver", setting("solver")],
-    ["impact law", setting("impact")],
+    ["scheme", String(table.settings.scheme ?? "fixed_step")],
+    ["solver", solverOf(table)],
+    ["impact law", impactOf(table)],
     [
       "tolerance",
       Number(table.settings.tolerance) > 0 ? quantity(Number(table.settings.tolerance), "m/s") : "–",

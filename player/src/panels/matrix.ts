@@ -28,9 +28,11 @@ export class MatrixPanel {
   private contacts: Contacts | undefined;
   private entries = new Map<number, Entry>();
   private shown = -1;
+  /** The run that is shown. */
+  private run = 0;
 
   constructor(
-    private readonly replay: Replay,
+    private readonly replays: readonly Replay[],
     private readonly clock: Clock,
     private readonly selection: Selection,
   ) {
@@ -39,25 +41,36 @@ export class MatrixPanel {
     this.marks.addEventListener("pointermove", (event) => this.point(event));
     this.marks.addEventListener("pointerleave", () => selection.hover([], []));
     clock.onMove(new Calm(() => this.show()).ask);
-    selection.onChange(() => this.mark());
+    selection.onChange(() => {
+      if (selection.run === this.run) this.mark();
+      else this.show(true);
+    });
     onTheme(() => this.show(true));
     new ResizeObserver(() => this.show()).observe(this.root);
+  }
+
+  private get replay(): Replay {
+    return this.replays[this.run];
   }
 
   /** Draws the pattern at the frame shown, while the panel is seen. */
   show(again = false): void {
     if (this.root.hidden || this.root.clientWidth === 0) return;
-    const frame = this.replay.detailFrame(this.clock.frame);
-    if (frame === this.shown && !again) return;
+    const other = this.run !== this.selection.run;
+    this.run = this.selection.run;
+    const now = this.run === 0 ? this.clock.frame : this.replay.frameAt(this.clock.time);
+    const frame = this.replay.detailFrame(now);
+    if (frame === this.shown && !again && !other) return;
     this.shown = frame;
     const contacts = this.replay.contacts(frame);
     this.contacts = contacts;
     const entries = entriesOf(this.replay, frame, contacts);
     this.entries = new Map(entries.map((entry) => [entry.i * contacts.count + entry.j, entry]));
-    const blocks = `${counted(entries.length, "entry").replace("entrys", "entries")} on and above the diagonal`;
+    const blocks = `${counted(entries.length, "entry", "entries")} on and above the diagonal`;
+    const which = this.replays.length > 1 ? ` of run ${this.run + 1}` : "";
     this.title.textContent = contacts.count
-      ? `A = J M⁻¹ Jᵀ of the normals at t = ${quantity(this.replay.time[frame], "s")}: ${counted(contacts.count, "contact")}, ${blocks}. Stronger colour: larger.`
-      : `No contacts at t = ${quantity(this.replay.time[frame], "s")}.`;
+      ? `A = J M⁻¹ Jᵀ of the normals${which} at t = ${quantity(this.replay.time[frame], "s")}: ${counted(contacts.count, "contact")}, ${blocks}. Stronger colour: larger.`
+      : `No contacts${which} at t = ${quantity(this.replay.time[frame], "s")}.`;
     this.paint(entries, contacts.count);
     this.mark();
   }
@@ -110,9 +123,10 @@ export class MatrixPanel {
 
   /** Contacts to mark: those pointed at, else those of the bodies pointed at or chosen. */
   private rows(): number[] {
-    const { hoveredContacts, hoveredBodies, body } = this.selection;
-    if (hoveredContacts.length) return [...hoveredContacts];
-    const bodies = hoveredBodies.length ? hoveredBodies : body >= 0 ? [body] : [];
+    const { hoveredBodies, hoveredRun, body } = this.selection;
+    const hovered = this.selection.contactsOf(this.run);
+    if (hovered.length) return [...hovered];
+    const bodies = hoveredBodies.length && hoveredRun === this.run ? hoveredBodies : body >= 0 ? [body] : [];
     const { contacts } = this;
     if (!contacts || !bodies.length) return [];
     const rows = Array.from({ length: contacts.count }, (_, i) => i);
@@ -128,7 +142,7 @@ export class MatrixPanel {
     const [i, j] = [index(event.clientY - box.top), index(event.clientX - box.left)];
     const entry = this.entries.get(Math.min(i, j) * contacts.count + Math.max(i, j));
     const bodies = i === j ? [contacts.a[i], contacts.b[i]] : sharedBodies(contacts, i, j);
-    this.selection.hover(bodies, i === j ? [i] : [i, j]);
+    this.selection.hover(bodies, i === j ? [i] : [i, j], this.run);
     this.told.textContent = this.sentence(i, j, entry);
   }
 

@@ -6,9 +6,12 @@ import type { Replay } from "../data/replay";
 export interface Line {
   name: string;
   unit: string;
+  /** What is drawn; null where the axis cannot show the value. */
   values: ArrayLike<number | null>;
-  /** Drawn with dashes. */
-  dashed?: boolean;
+  /** What is told in words where that is more than what is drawn. */
+  told?: ArrayLike<number | null>;
+  /** Drawn with gaps. */
+  stroke?: "dashes" | "dots";
   /** Which of the theme's colours; its place among the chart's lines when absent. */
   colour?: number;
 }
@@ -44,9 +47,19 @@ const LEDGER = [
 
 /** The charts of a run; lines of a run that it is compared with come as dashes. */
 export function chartsOf(replay: Replay, other?: Replay): Chart[] {
+  const charts = allCharts(replay);
+  if (other) {
+    compare(charts, allCharts(other));
+    charts.unshift(...distance(other));
+  }
+  return charts.filter((chart) => chart.lines.length > 0);
+}
+
+/** All charts, also those without a line. */
+function allCharts(replay: Replay): Chart[] {
   const time = replay.steps.time;
   if (replay.steps.count === 0) return [];
-  const charts: Chart[] = [
+  return [
     { name: "Energy", unit: "J", time, lines: energies(replay) },
     { name: "Work by cause", unit: "J", time, lines: works(replay) },
     { name: "Closure of the books", unit: "J", time, lines: one(replay, "ledger_closure", "closure", "J") },
@@ -62,35 +75,51 @@ export function chartsOf(replay: Replay, other?: Replay): Chart[] {
     { name: "Iterations", unit: "1", time, lines: one(replay, "iterations", "iterations", "1") },
     { name: "Deepest overlap", unit: "m", time, lines: overlap(replay) },
   ];
-  if (other) compare(charts, chartsOf(other), other);
-  return charts.filter((chart) => chart.lines.length > 0);
 }
 
-/** Adds the other run's lines where both have them on the same moments, and the distance between the runs. */
-function compare(charts: Chart[], others: Chart[], other: Replay): void {
-  for (const chart of charts) {
-    const theirs = others.find(({ name }) => name === chart.name);
-    const ours = theirs ? chart.lines.slice(0, 3) : [];
-    ours.forEach((line, colour) => {
-      const same = theirs?.lines.find(({ name }) => name === line.name);
-      if (!theirs || !same || line.name === "tolerance") return;
-      const values = resampled(theirs.time, same.values, chart.time);
-      chart.lines.push({ ...same, name: `${same.name} (2)`, values, dashed: true, colour });
-    });
+/** Adds every line of the other run, in the colour of the line that it is compared with where there is one. */
+function compare(charts: Chart[], others: Chart[]): void {
+  for (const theirs of others) {
+    let chart = charts.find(({ name }) => name === theirs.name);
+    if (!chart) {
+      chart = { ...theirs, lines: [] };
+      charts.push(chart);
+    }
+    const ours = chart.lines.slice();
+    let fresh = ours.length;
+    for (const line of theirs.lines) {
+      const same = ours.findIndex(({ name }) => name === line.name);
+      const values = resampled(theirs.time, line.values, chart.time);
+      chart.lines.push({
+        ...line,
+        name: `${line.name} (2)`,
+        values,
+        ...(line.told ? { told: resampled(theirs.time, line.told, chart.time) } : {}),
+        stroke: line.stroke ? "dots" : "dashes",
+        colour: same >= 0 ? (ours[same].colour ?? same) : fresh++,
+      });
+    }
   }
-  if (!other.payload.has("difference_time")) return;
-  const read = (name: string): (number | null)[] =>
-    Array.from(other.payload.array(name), (value) => (value > 0 ? value : null));
-  charts.unshift({
-    name: "Distance between the runs",
-    unit: "m",
-    time: other.payload.array("difference_time") as Float64Array,
-    logarithmic: true,
-    lines: [
-      { name: "largest", unit: "m", values: read("difference_largest") },
-      { name: "mean", unit: "m", values: read("difference_mean") },
-    ],
+}
+
+/** How far the runs are apart, as the page was told. */
+function distance(other: Replay): Chart[] {
+  if (!other.payload.has("difference_time")) return [];
+  const lines = ["largest", "mean"].map((name) => {
+    const told = other.payload.array(`difference_${name}`);
+    return { name, unit: "m", told, values: Array.from(told, shown) };
   });
+  const apart = lines.some(({ told }) => highest(told) > 0);
+  return [
+    {
+      name: "Distance between the runs",
+      unit: "m",
+      time: other.payload.array("difference_time") as Float64Array,
+      // runs that are equal have nothing that a logarithmic axis could show
+      logarithmic: apart,
+      lines: lines.map(({ values, ...line }) => ({ ...line, values: apart ? values : line.told })),
+    },
+  ];
 }
 
 /** Values at other moments: those of the nearest moment at or before. */
@@ -143,14 +172,14 @@ function highest(values: ArrayLike<number | null>): number {
 function residuals(replay: Replay): Line[] {
   const values = replay.steps.column("residual");
   if (!values || !highest(values)) return [];
-  const lines: Line[] = [{ name: "residual", unit: "m/s", values: Array.from(values, shown) }];
+  const lines: Line[] = [{ name: "residual", unit: "m/s", values: Array.from(values, shown), told: values }];
   const tolerance = Number(replay.table.settings.tolerance);
   if (tolerance > 0) {
     lines.push({
       name: "tolerance",
       unit: "m/s",
       values: new Float32Array(values.length).fill(tolerance),
-      dashed: true,
+      stroke: "dashes",
     });
   }
   return lines;

@@ -75,6 +75,8 @@ export class Arrows {
     private readonly replay: Replay,
     /** Length of the usual arrow [m]. */
     private readonly unit: number,
+    /** The impulse that it stands for [N s]. */
+    private readonly usual: () => number,
   ) {
     const most = Math.max(
       ...[0, replay.frames >> 1, replay.frames - 1].map((at) => replay.contacts(at).count),
@@ -186,7 +188,7 @@ export class Arrows {
     this.read(contacts.frictionImpulse, i, IMPULSE).addScaledVector(NORMAL, contacts.normalImpulse[i]);
     IMPULSE.multiplyScalar(this.sideOf(contacts, i, IMPULSE));
     const size = IMPULSE.length();
-    const length = Math.min(size / this.replay.usualImpulse, LONGEST) * this.unit * this.settings.length;
+    const length = Math.min(size / (this.usual() || 1), LONGEST) * this.unit * this.settings.length;
     if (length > 1e-4 * this.unit) IMPULSE.multiplyScalar(1 / size);
     else IMPULSE.copy(UP);
     return length;

@@ -1,12 +1,14 @@
 /** The bodies of a replay: equal shapes are drawn together, however many bodies have them. */
 
-import { Color, FrontSide, Group, Matrix4, type Raycaster } from "three";
+import { Color, FrontSide, Group, Matrix4, type Raycaster, Vector3 } from "three";
 import type { Replay } from "../data/replay";
 import { theme } from "../theme";
 import { type Batch, edgeMaterial, fillMaterial, type Member, setOpacity, sideOf } from "./batch";
+import type { Extent } from "./extent";
 import { Instances } from "./instances";
 import { Merged, type Single } from "./merged";
 import { type Form, type Piece, piecesOf } from "./pieces";
+import { Unbounded } from "./unbounded";
 
 /** Looks of a replay: as itself, or as the ghost of a run that it is compared with. */
 export type Look = "solid" | "ghost";
@@ -28,6 +30,9 @@ export class Bodies {
   readonly group = new Group();
   readonly obstacles = new Group();
   private readonly batches: Batch[];
+  private readonly unbounded = new Map<Batch, Unbounded>();
+  /** Where the scene is [m]. */
+  private readonly center: Vector3;
   private shown = -1;
   /** Who sleeps at the frame shown, as 0 and 1, and at the one coloured last. */
   private asleep: Uint8Array;
@@ -39,11 +44,12 @@ export class Bodies {
   constructor(
     private readonly replay: Replay,
     private readonly look: Look,
-    reach: number,
+    extent: Extent,
   ) {
+    this.center = extent.box.getCenter(new Vector3());
     this.asleep = new Uint8Array(replay.bodies);
     this.dimmed = new Uint8Array(replay.bodies);
-    this.batches = this.batched(gathered(replay, reach));
+    this.batches = this.batched(gathered(replay, extent.reach));
     for (const { fill, edges, bodies } of this.batches) {
       const group = replay.kind[bodies[0]] === 1 ? this.obstacles : this.group;
       if (fill) group.add(fill);
@@ -69,7 +75,9 @@ export class Bodies {
         this.replay.rotation(frame, body, this.quaternion);
         place(this.position, this.quaternion, places, 12 * i, into, 16 * i);
       }
-      if (moved) batch.moved();
+      if (!moved) continue;
+      batch.moved();
+      this.unbounded.get(batch)?.place();
     }
     this.replay.sleepers(frame, this.asleep);
     if (this.asleep.some((sleeps, i) => sleeps !== this.dimmed[i])) {
@@ -142,13 +150,14 @@ export class Bodies {
       const rests = this.rests(members);
       if (form.rough && members.length < FEW)
         (rests ? resting : moving).push(...singlesOf(form, members, rests));
-      else batches.push(this.instances(form.make(), members));
+      else batches.push(this.instances(form, members));
     }
     for (const singles of [moving, resting]) if (singles.length) batches.push(this.merged(singles));
     return batches;
   }
 
-  private instances(geometry: ReturnType<Form["make"]>, members: Member[]): Batch {
+  private instances(form: Form, members: Member[]): Batch {
+    const geometry = form.make();
     const flat = this.replay.dimension === 2;
     const ghost = this.look === "ghost" && !this.rests(members); // obstacles look as those of the other run
     const { fill } = geometry;
@@ -158,6 +167,8 @@ export class Bodies {
     const made = new Instances(geometry, members, material, edgeMaterial(flat, ghost));
     made.edges.renderOrder = flat ? 2 : 0;
     if (made.fill) made.fill.renderOrder = ghost || glass ? 1 : 0;
+    const { normal } = form;
+    if (normal) this.unbounded.set(made, new Unbounded(made, { ...form, normal }, flat, this.center));
     return made;
   }
 

@@ -3,6 +3,7 @@
 import { Box3, Matrix4, Quaternion, Vector3 } from "three";
 import type { ShapeTable } from "../data/payload";
 import type { Replay } from "../data/replay";
+import { type Pose, poseOf } from "./pieces";
 
 /** What the camera should see first, and sizes that follow from it [m]. */
 export interface Extent {
@@ -22,7 +23,11 @@ export function extentOf(replay: Replay): Extent {
   const sizes = replay.table.shapes.map(sizeOf);
   const moving = rows(replay, (kind) => kind !== 1);
   const bodies = moving.length ? moving : rows(replay, () => true);
-  const known = bodies.map((body) => sizes[replay.shape[body]] ?? 0).filter((size) => size > 0);
+  // of what is driven, a belt say, the size tells nothing
+  const free = bodies.filter((body) => replay.kind[body] === 0);
+  const known = (free.length ? free : bodies)
+    .map((body) => sizes[replay.shape[body]] ?? 0)
+    .filter((size) => size > 0);
   known.sort((a, b) => a - b);
   const body = known.length ? known[known.length >> 1] : 0;
   const box = new Box3(percentile(replay, bodies, 0.02), percentile(replay, bodies, 0.98));
@@ -68,61 +73,99 @@ function include(box: Box3, replay: Replay, body: number, sizes: number[], limit
   if (!(size > 0 && size < limit)) return;
   const position = new Float64Array(3);
   replay.position(0, body, position);
-  const shape = replay.table.shapes[replay.shape[body]];
-  const sides = shape.type === "box" ? (shape.size as number[]) : [size, size, size];
   const quaternion = new Float64Array(4);
   replay.rotation(0, body, quaternion);
-  const half = new Vector3(sides[0], sides[1], replay.dimension === 2 ? 0 : sides[2]).multiplyScalar(0.5);
-  const turn = new Matrix4().makeRotationFromQuaternion(new Quaternion(...quaternion));
-  const around = new Box3(half.clone().negate(), half).applyMatrix4(turn);
-  box.union(around.translate(new Vector3(...position)));
+  const d = replay.dimension;
+  const center = [0, 1, 2].map((axis) => (axis < d ? replay.center[body * d + axis] : 0));
+  const place = new Matrix4()
+    .makeRotationFromQuaternion(new Quaternion(...quaternion))
+    .setPosition(...(position as unknown as [number, number, number]))
+    .multiply(new Matrix4().makeTranslation(-center[0], -center[1], -center[2]));
+  box.union(boundsOf(replay.table.shapes[replay.shape[body]]).applyMatrix4(place));
 }
 
 /** About the largest extent of a shape [m]; 0 where it has none. */
 export function sizeOf(shape: ShapeTable): number {
+  const bounds = boundsOf(shape);
+  if (bounds.isEmpty()) return 0;
+  const { x, y, z } = bounds.getSize(new Vector3());
+  return Math.max(x, y, z);
+}
+
+/** The bounds of a shape in its own axes [m]; empty where it has none. */
+export function boundsOf(shape: ShapeTable): Box3 {
   const number = (name: string): number => (shape[name] as number | undefined) ?? 0;
+  const [radius, height] = [number("radius"), number("height")];
   switch (shape.type) {
     case "circle":
-    case "sphere":
     case "cavity":
-      return 2 * number("radius");
-    case "capsule":
-      return number("length") + 2 * number("radius");
+    case "sphere":
+      return around(radius, radius, radius);
+    case "capsule": // along x in the plane, along z in space
+      return around(number("length") / 2 + radius, radius, number("length") / 2 + radius);
     case "cylinder":
     case "cone":
-      return Math.max(number("height"), 2 * number("radius"));
     case "round_cylinder":
-    case "round_cone":
-      return Math.max(number("height"), 2 * number("radius")) + 2 * number("rounding");
+    case "round_cone": {
+      const more = number("rounding");
+      return around(radius + more, radius + more, height / 2 + more);
+    }
     case "box":
-    case "round_box":
-      return Math.max(...(shape.size as number[])) + 2 * number("radius");
+    case "round_box": {
+      const [x, y, z] = (shape.size as number[]).map((side) => side / 2 + radius);
+      return around(x, y, z ?? 0);
+    }
     case "height_field":
-      return Math.max(number("width"), ...((shape.size as number[] | undefined) ?? [0]));
+      return field(shape);
     case "segment":
-      return span([shape.a as number[], shape.b as number[]]);
+      return spanned([shape.a as number[], shape.b as number[]], radius);
     case "compound": {
-      const parts = shape.parts as { pose: { position: number[] }; shape: ShapeTable }[];
-      return Math.max(...parts.map((part) => 2 * Math.hypot(...part.pose.position) + sizeOf(part.shape)));
+      const all = new Box3();
+      for (const part of shape.parts as { pose: Pose; shape: ShapeTable }[])
+        all.union(boundsOf(part.shape).applyMatrix4(poseOf(part.pose)));
+      return all;
     }
     case "half_plane":
     case "half_space":
-      return 0;
+      return new Box3();
     default:
-      return span((shape.points ?? shape.vertices ?? []) as number[][]) + 2 * number("radius");
+      return spanned((shape.points ?? shape.vertices ?? []) as number[][], radius);
   }
 }
 
-/** Largest extent of points along an axis [m]. */
-function span(points: number[][]): number {
-  let largest = 0;
-  for (let axis = 0; axis < (points[0]?.length ?? 0); axis++) {
-    let [low, high] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
-    for (const point of points) {
-      low = Math.min(low, point[axis]);
-      high = Math.max(high, point[axis]);
-    }
-    largest = Math.max(largest, high - low);
+/** Bounds whose middle is the origin. */
+function around(x: number, y: number, z: number): Box3 {
+  return new Box3(new Vector3(-x, -y, -z), new Vector3(x, y, z));
+}
+
+/** Bounds of points, each with a ball around it. */
+function spanned(points: number[][], radius: number): Box3 {
+  const all = new Box3().setFromPoints(points.map(([x, y, z]) => new Vector3(x, y, z ?? 0)));
+  return all.isEmpty() ? all : all.expandByScalar(radius);
+}
+
+/** Bounds of heights over a line or a rectangle. */
+function field(shape: ShapeTable): Box3 {
+  const heights = (shape.heights as (number | number[])[]).flat();
+  let [low, high] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
+  for (const height of heights) {
+    low = Math.min(low, height);
+    high = Math.max(high, height);
   }
-  return largest;
+  if (typeof shape.width === "number")
+    return spanned(
+      [
+        [-shape.width / 2, low],
+        [shape.width / 2, high],
+      ],
+      0,
+    );
+  const [width, depth] = shape.size as number[];
+  return spanned(
+    [
+      [-width / 2, -depth / 2, low],
+      [width / 2, depth / 2, high],
+    ],
+    0,
+  );
 }

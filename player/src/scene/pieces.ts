@@ -12,6 +12,10 @@ export interface Form {
   size: [number, number, number];
   /** Fill and edges, made once per key. */
   make(): { fill: BufferGeometry | null; edges: BufferGeometry };
+  /** Unbounded shapes only: the normal of the plane that bounds them, in the shape's axes. */
+  normal?: Vector3;
+  /** Unbounded shapes only: how far apart the lines of what is drawn are, 0 where there are none [m]. */
+  spacing?: number;
   /** Convex solids only: a fill of few triangles, in the size of the other. */
   rough?: () => BufferGeometry;
 }
@@ -36,9 +40,9 @@ export function piecesOf(shape: ShapeTable, space: "planar" | "spatial", detail:
     const form = space === "planar" ? planarForm(shape, detail.reach) : spatialForm(shape, detail);
     return [{ form, place: new Matrix4().makeScale(...form.size) }];
   }
-  const parts = shape.parts as { pose: { position: number[]; rotation: number[] }; shape: ShapeTable }[];
+  const parts = shape.parts as { pose: Pose; shape: ShapeTable }[];
   return parts.flatMap((part) => {
-    const pose = poseOf(part.pose.position, part.pose.rotation);
+    const pose = poseOf(part.pose);
     return piecesOf(part.shape, space, detail).map(({ form, place }) => ({
       form,
       place: pose.clone().multiply(place),
@@ -46,7 +50,14 @@ export function piecesOf(shape: ShapeTable, space: "planar" | "spatial", detail:
   });
 }
 
-function poseOf(position: number[], rotation: number[]): Matrix4 {
+/** Where a part sits in its shape, as scene files have it. */
+export interface Pose {
+  position: number[];
+  rotation: number[];
+}
+
+/** A part's pose as a matrix. */
+export function poseOf({ position, rotation }: Pose): Matrix4 {
   const turn = new Quaternion();
   if (rotation.length === 2)
     turn.setFromAxisAngle(new Vector3(0, 0, 1), Math.atan2(rotation[1], rotation[0]));

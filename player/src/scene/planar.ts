@@ -8,6 +8,7 @@ import {
   Shape,
   ShapeGeometry,
   type Vector2,
+  Vector3,
 } from "three";
 import type { ShapeTable } from "../data/payload";
 import type { Form } from "./pieces";
@@ -56,8 +57,14 @@ export function planarForm(shape: ShapeTable, reach: number): Form {
       return own(shape, () => wall(shape.points as number[][], shape.closed === true));
     case "height_field":
       return own(shape, () => wall(heightLine(shape.heights as number[], shape.width as number), false));
-    case "half_plane":
-      return own(shape, () => halfPlane(shape.normal as number[], reach));
+    case "half_plane": {
+      const [x, y] = shape.normal as number[];
+      return {
+        ...own(shape, () => halfPlane([x, y], reach)),
+        normal: new Vector3(x, y, 0).normalize(),
+        spacing: 0,
+      };
+    }
     case "cavity":
       return own(shape, () => cavity(shape.radius as number));
     default:

@@ -86,7 +86,11 @@ export function spatialForm(shape: ShapeTable, { reach, round }: Detail): Form {
     case "height_field":
       return own(shape, () => terrain(shape.heights as number[][], shape.size as unknown as number[]));
     case "half_space":
-      return own(shape, () => halfSpace(shape.normal as number[], reach));
+      return {
+        ...own(shape, () => halfSpace(shape.normal as number[], reach)),
+        normal: new Vector3(...(shape.normal as number[])).normalize(),
+        spacing: spacingOf(reach),
+      };
     case "cavity":
       return own(shape, () => cavity(radius, 2 * round));
     default:
@@ -203,14 +207,23 @@ function terrain(heights: number[][], [width, depth]: number[]): ReturnType<Form
   return mesh(vertices, triangles);
 }
 
+/** How far apart the lines of a grid are [m]. */
+function spacingOf(reach: number): number {
+  return 10 ** Math.floor(Math.log10(reach / 2));
+}
+
 /** A square of the bounding plane with a grid, as large as the scene needs. */
 function halfSpace(normal: number[], reach: number): ReturnType<Form["make"]> {
-  const spacing = 10 ** Math.floor(Math.log10(reach / 2));
+  const spacing = spacingOf(reach);
   const half = Math.ceil(reach / spacing) * spacing;
   const lines: number[] = [];
-  for (let at = -half; at <= half + spacing / 2; at += spacing) {
-    lines.push(at, -half, 0, at, half, 0, -half, at, 0, half, at, 0);
-  }
+  // mesh by mesh: drawing in software leaves out a line of which one end is behind the camera
+  const count = Math.round((2 * half) / spacing);
+  for (let line = 0; line <= count; line++)
+    for (let part = 0; part < count; part++) {
+      const [at, from, to] = [line, part, part + 1].map((k) => k * spacing - half);
+      lines.push(at, from, 0, at, to, 0, from, at, 0, to, at, 0);
+    }
   const edges = new BufferGeometry().setAttribute("position", new Float32BufferAttribute(lines, 3));
   const fill = new PlaneGeometry(2 * half, 2 * half);
   const [x, y, z] = normal;

@@ -171,11 +171,21 @@ export class Stage {
     }
   }
 
+  /** Which of the views a point of the page is in; 0 where there is but one. */
+  viewAt(x: number): number {
+    const place = this.canvas.getBoundingClientRect();
+    const across = (x - place.left) / place.width;
+    return Math.max(
+      0,
+      this.views.findIndex(({ from, to }) => across >= from && across < to),
+    );
+  }
+
   /** The ray under a point of the page. */
   rayAt(x: number, y: number): Raycaster {
     const place = this.canvas.getBoundingClientRect();
     let across = (x - place.left) / place.width;
-    const view = this.views.find(({ from, to }) => across >= from && across < to);
+    const view = this.views[this.viewAt(x)];
     if (view) across = (across - view.from) / (view.to - view.from);
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2(2 * across - 1, 1 - (2 * (y - place.top)) / place.height), this.camera);

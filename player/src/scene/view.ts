@@ -2,6 +2,7 @@
 
 import { Vector3 } from "three";
 import type { Clock } from "../clock";
+import type { Contacts } from "../data/contacts";
 import { type Replay, STATUSES } from "../data/replay";
 import { element } from "../dom";
 import { quantity } from "../format";
@@ -25,11 +26,15 @@ const SHORT = 1.5;
 /** See the file's head. */
 export class SceneView {
   readonly stage: Stage;
+  /** Contacts of the first run. */
   readonly arrows: Arrows;
   /** What is told of the thing under the pointer. */
   readonly tip = element("div", { class: "tip", role: "status" });
-  private readonly bodies: Bodies;
+  readonly bodies: Bodies;
   private readonly other: Bodies | undefined;
+  private readonly otherArrows: Arrows | undefined;
+  /** For each body of a run the one of the other with its name, or -1. */
+  private readonly twins: Int32Array[] = [];
   /** Size of a usual body [m]. */
   private readonly usual: number;
   private compare: Compare = "ghosts";
@@ -47,13 +52,18 @@ export class SceneView {
     const extent = extentOf(replay);
     this.usual = extent.body;
     this.stage = new Stage(host, replay.dimension === 2, upOf(replay), replay.bodies <= MANY);
-    this.bodies = new Bodies(replay, "solid", extent.reach);
-    this.arrows = new Arrows(replay, Math.min(extent.body, extent.reach / 16));
+    this.bodies = new Bodies(replay, "solid", extent);
+    const length = Math.min(extent.body, extent.reach / 16);
+    // arrows of both runs are measured by the same
+    const usual = (): number => Math.max(replay.usualImpulse, second?.usualImpulse ?? 0);
+    this.arrows = new Arrows(replay, length, usual);
     this.stage.add(this.bodies.obstacles, this.bodies.group, this.arrows.group);
     if (second) {
-      this.other = new Bodies(second, "ghost", extent.reach);
-      this.stage.add(this.other.obstacles, this.other.group);
-      this.other.obstacles.visible = false;
+      this.other = new Bodies(second, "ghost", extent);
+      this.otherArrows = new Arrows(second, length, usual);
+      this.stage.add(this.other.obstacles, this.other.group, this.otherArrows.group);
+      this.other.obstacles.visible = this.otherArrows.group.visible = false;
+      this.twins = [twinsOf(replay, second), twinsOf(second, replay)];
     }
     host.append(this.tip);
     this.stage.lookAt(extent.box);
@@ -72,8 +82,10 @@ export class SceneView {
     this.compare = how;
     const show = (first: boolean, second: boolean) => () => {
       this.bodies.group.visible = this.arrows.group.visible = this.bodies.obstacles.visible = first;
-      if (!this.other) return;
+      if (!this.other || !this.otherArrows) return;
       this.other.group.visible = second;
+      // contacts of the ghosts would hide those of the others
+      this.otherArrows.group.visible = second && !first;
       // of both runs together those of the first are enough: they are at the same places
       this.other.obstacles.visible = second && !first;
     };
@@ -85,6 +97,8 @@ export class SceneView {
           ]
         : [];
     show(how !== "second", how !== "first")();
+    const run = how === "second" ? 1 : how === "beside" ? this.selection.run : 0;
+    this.selection.choose(this.counterpart(this.selection.body, this.selection.run, run), run);
     this.stage.resize();
     this.stage.reset();
   }
@@ -103,7 +117,7 @@ export class SceneView {
 
   /** Draws contacts in another way. */
   setArrows(settings: Partial<Arrows["settings"]>): void {
-    Object.assign(this.arrows.settings, settings);
+    for (const each of [this.arrows, this.otherArrows]) if (each) Object.assign(each.settings, settings);
     this.stage.draw();
   }
 
@@ -128,29 +142,52 @@ export class SceneView {
     const { frame } = this.clock;
     const rough = this.stage.coarse && this.usual < SMALL * this.stage.scale();
     for (const each of [this.bodies, this.other]) each?.setRough(rough);
-    this.follow(frame);
+    this.follow();
     this.bodies.show(frame);
-    if (this.second && this.other) this.other.show(this.second.frameAt(this.clock.time));
-    if (this.replay.dimension === 3) this.arrows.eye.copy(this.stage.camera.position);
-    this.arrows.shortest = this.stage.coarse ? SHORT * this.stage.scale() : 0;
-    this.arrows.show(frame, this.selection.hoveredContacts, this.worst());
+    if (this.second && this.other) this.other.show(this.frameOf(1));
+    [this.arrows, this.otherArrows].forEach((arrows, run) => {
+      if (!arrows || (run === 1 && !this.showsAlone(1))) return;
+      if (this.replay.dimension === 3) arrows.eye.copy(this.stage.camera.position);
+      arrows.shortest = this.stage.coarse ? SHORT * this.stage.scale() : 0;
+      arrows.show(this.frameOf(run), this.selection.contactsOf(run), this.worst(run));
+    });
+  }
+
+  private replayOf(run: number): Replay {
+    return run === 1 && this.second ? this.second : this.replay;
+  }
+
+  /** The frame of a run that is shown. */
+  private frameOf(run: number): number {
+    return run === 1 && this.second ? this.second.frameAt(this.clock.time) : this.clock.frame;
+  }
+
+  /** Whether somewhere in the picture a run stands without the other. */
+  private showsAlone(run: number): boolean {
+    return this.compare === "beside" || this.compare === (run === 1 ? "second" : "first");
+  }
+
+  /** The body of a run that has the name of another's; -1 without. */
+  private counterpart(body: number, from: number, to: number): number {
+    return body < 0 || from === to ? body : (this.twins[from]?.[body] ?? -1);
   }
 
   /** Bodies of the worst contact of the step shown. */
-  private worst(): number[] {
-    const pairs = this.replay.steps.column("worst");
-    const row = this.replay.stepAt(this.clock.time);
+  private worst(run: number): number[] {
+    const replay = this.replayOf(run);
+    const pairs = replay.steps.column("worst");
+    const row = replay.stepAt(this.clock.time);
     return pairs && row >= 0 && pairs[2 * row] >= 0 ? [pairs[2 * row], pairs[2 * row + 1]] : [];
   }
 
-  private follow(frame: number): void {
-    const { followed } = this.selection;
+  private follow(): void {
+    const { followed, followedRun } = this.selection;
     if (followed < 0) {
       this.last.setScalar(Number.NaN);
       return;
     }
     const position = new Float64Array(3);
-    this.replay.position(frame, followed, position);
+    this.replayOf(followedRun).position(this.frameOf(followedRun), followed, position);
     const now = new Vector3(...position);
     const by = Number.isNaN(this.last.x)
       ? now.clone().sub(this.stage.controls.target)
@@ -160,14 +197,18 @@ export class SceneView {
   }
 
   private changed(): void {
-    this.bodies.recolour(this.selection.hoveredBodies, this.selection.body);
+    const { hoveredBodies, hoveredRun, body, run } = this.selection;
+    // what is pointed at and what is chosen is marked in both runs
+    [this.bodies, this.other].forEach((each, at) => {
+      const hovered = hoveredBodies.map((one) => this.counterpart(one, hoveredRun, at));
+      each?.recolour(hovered, this.counterpart(body, run, at));
+    });
     this.stage.draw();
   }
 
   private rethemed(): void {
     this.stage.retheme();
     this.changed();
-    this.other?.recolour([], -1);
   }
 
   private listen(): void {
@@ -187,42 +228,65 @@ export class SceneView {
     });
     canvas.addEventListener("click", (event) => {
       if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > STILL) return;
-      this.selection.choose(this.bodies.pick(this.stage.rayAt(event.clientX, event.clientY)));
+      const { body, run } = this.met(event);
+      this.selection.choose(body, run);
     });
+  }
+
+  /** The body under the pointer and its run; of ghosts only where no body of the first run is. */
+  private met(event: PointerEvent | MouseEvent): { body: number; run: number } {
+    const ray = this.stage.rayAt(event.clientX, event.clientY);
+    const seen = this.runsAt(event.clientX);
+    for (const run of seen) {
+      const body = (run === 1 ? this.other : this.bodies)?.pick(ray) ?? -1;
+      if (body >= 0 && (seen.length === 1 || this.replayOf(run).kind[body] !== 1)) return { body, run };
+    }
+    return { body: seen.length > 1 ? this.bodies.pick(ray) : -1, run: seen[0] };
+  }
+
+  /** Runs that are drawn where the pointer is. */
+  private runsAt(x: number): number[] {
+    if (!this.second || this.compare === "first") return [0];
+    if (this.compare === "second") return [1];
+    return this.compare === "beside" ? [this.stage.viewAt(x)] : [0, 1];
   }
 
   /** Finds what is under the pointer: a contact first, for it is the smaller. */
   private point(): void {
     const event = this.pointer;
     this.pointer = undefined;
-    if (!event || this.compare === "second") return;
-    const ray = this.stage.rayAt(event.clientX, event.clientY);
-    const contact = this.arrows.pick(ray);
-    const contacts = this.arrows.contacts;
+    if (!event) return;
+    const [first] = this.runsAt(event.clientX);
+    const arrows = first === 1 && this.otherArrows ? this.otherArrows : this.arrows;
+    const contact = arrows.pick(this.stage.rayAt(event.clientX, event.clientY));
+    const { contacts } = arrows;
     if (contact >= 0 && contacts) {
-      this.selection.hover([contacts.a[contact], contacts.b[contact]], [contact]);
-      this.tip.textContent = this.contactText(contact);
+      this.selection.hover([contacts.a[contact], contacts.b[contact]], [contact], first);
+      this.tip.textContent = this.contactText(contacts, contact, this.replayOf(first));
       return;
     }
-    const body = this.bodies.pick(ray);
-    this.selection.hover(body >= 0 ? [body] : [], []);
-    this.tip.textContent = body >= 0 ? this.replay.names[body] : "";
+    const { body, run } = this.met(event);
+    this.selection.hover(body >= 0 ? [body] : [], [], run);
+    this.tip.textContent = body >= 0 ? this.replayOf(run).names[body] : "";
   }
 
-  private contactText(contact: number): string {
-    const contacts = this.arrows.contacts!;
-    const d = this.replay.dimension;
+  private contactText(contacts: Contacts, contact: number, { dimension: d, names }: Replay): string {
     const size = (values: Float32Array): number =>
       Math.hypot(...values.subarray(contact * d, contact * d + d));
-    const names = `${this.replay.names[contacts.a[contact]]} on ${this.replay.names[contacts.b[contact]]}`;
     return [
-      `${names}: ${STATUSES[contacts.status[contact]]}`,
+      `${names[contacts.a[contact]]} on ${names[contacts.b[contact]]}: ${STATUSES[contacts.status[contact]]}`,
       `normal ${quantity(contacts.normalImpulse[contact], "N s", 3)}`,
       `friction ${quantity(size(contacts.frictionImpulse), "N s", 3)}`,
       `slip ${quantity(size(contacts.slip), "m/s", 3)}`,
       `gap ${quantity(contacts.gap[contact], "m", 3)}`,
     ].join(" · ");
   }
+}
+
+/** For each body of a run the one of the other that has its name, or -1. */
+function twinsOf(from: Replay, to: Replay): Int32Array {
+  const rows = new Map(to.names.map((name, row) => [name, row]));
+  return Int32Array.from(from.names, (name) => rows.get(name) ?? -1);
 }
 
 /** Against gravity, along an axis; z where there is none. */

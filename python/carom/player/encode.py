@@ -29,7 +29,7 @@ from carom.player.quantise import (
 from carom.player.shapes import shapes_of_run
 from carom.player.steps import columns_of
 from carom.player.words import Told
-from carom.recording import Floats, Records
+from carom.recording import OWN_LAWS, Floats, Records
 
 if TYPE_CHECKING:
     from carom.recorded import Run
@@ -138,6 +138,8 @@ def _about(run: Run) -> dict[str, Any]:
         "dt": header.dt,
         "ms_per_step": run.ms_per_step if math.isfinite(run.ms_per_step) else None,
         "gravity": gravity,
+        "solver": run.summary()["solver"],
+        "impact": header.settings.get("impact") or OWN_LAWS[header.settings.get("scheme") or "fixed_step"],
         "settings": {name: _told(value) for name, value in header.settings.items() if value is not None},
         "sleeping": _may_sleep(header.settings),
         "names": list(run.names),
