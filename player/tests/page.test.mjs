@@ -491,6 +491,19 @@ for (const [file, below] of [
   });
 }
 
+withPage("a floor goes along with the camera", "plane.html", {}, async (page) => {
+  const met = await page.evaluate(() => {
+    const { stage, bodies } = window.carom.view;
+    const by = stage.controls.target.clone().set(5000, 0, 0);
+    stage.shift(by);
+    stage.drawFull();
+    const place = stage.toScreen(by.set(5003, -0.2, 0));
+    const box = stage.canvas.getBoundingClientRect();
+    return bodies.pick(stage.rayAt(box.left + place.x, box.top + place.y));
+  });
+  assert.equal(met, 0);
+});
+
 withPage(
   "arrows of a body at rest are seen beside the blows of another",
   "bounces.html",

@@ -31,8 +31,9 @@ export class Bodies {
   readonly obstacles = new Group();
   private readonly batches: Batch[];
   private readonly unbounded = new Map<Batch, Unbounded>();
-  /** Where the scene is [m]. */
+  /** What unbounded shapes are drawn around, and how far from it the camera may look [m]. */
   private readonly center: Vector3;
+  private readonly far: number;
   private shown = -1;
   /** Who sleeps at the frame shown, as 0 and 1, and at the one coloured last. */
   private asleep: Uint8Array;
@@ -47,6 +48,7 @@ export class Bodies {
     extent: Extent,
   ) {
     this.center = extent.box.getCenter(new Vector3());
+    this.far = extent.reach / 4;
     this.asleep = new Uint8Array(replay.bodies);
     this.dimmed = new Uint8Array(replay.bodies);
     this.batches = this.batched(gathered(replay, extent.reach));
@@ -83,6 +85,13 @@ export class Bodies {
     if (this.asleep.some((sleeps, i) => sleeps !== this.dimmed[i])) {
       this.recolour(this.pointed.hovered, this.pointed.chosen);
     }
+  }
+
+  /** Has unbounded shapes drawn where the camera looks. */
+  lookAt(target: Vector3): void {
+    if (this.center.distanceTo(target) < this.far) return;
+    this.center.copy(target);
+    for (const each of this.unbounded.values()) each.place();
   }
 
   /** Colours all bodies: some are pointed at, one is chosen. */

@@ -1,5 +1,5 @@
 /**
- * Where the drawn part of an unbounded shape stands: before the scene, wherever the body itself is. A part with a grid
+ * Where the drawn part of an unbounded shape stands: under the scene, wherever the body itself is. A part with a grid
  * moves by whole meshes of it, so that the grid seems to stay with the body.
  */
 
@@ -27,7 +27,7 @@ export class Unbounded {
       : [new Vector3(1, 0, 0).applyQuaternion(turn), new Vector3(0, 1, 0).applyQuaternion(turn)];
   }
 
-  /** Moves what is drawn of all pieces along their planes. */
+  /** Moves what is drawn of all pieces along their planes to where the center is now. */
   place(): void {
     const { matrices, bodies } = this.batch;
     const { spacing = 0 } = this.form;
