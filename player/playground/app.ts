@@ -14,6 +14,7 @@ import { apply, switchTheme } from "../src/theme";
 import { Controls } from "./controls";
 import { letDrag } from "./drag";
 import { type Engine, Restarted } from "./engine";
+import { Framing } from "./framing";
 import { type About, LiveClock, LiveReplay } from "./live";
 import { isMesh, readMesh, SUFFIXES, type Triangles } from "./meshes";
 import { LivePlots } from "./plots";
@@ -34,6 +35,7 @@ interface Session {
   matrix: MatrixPanel;
   controls: Controls;
   told: HTMLElement;
+  framing: Framing;
 }
 
 /** See the file's head. */
@@ -250,7 +252,8 @@ export class Playground {
     const view = new SceneView(place, live.asReplay, undefined, clock.asClock, selection);
     place.append(new DrawingControls(view).root);
     letDrag(place, view, live, this.hand);
-    this.session = { live, clock, view, plots, matrix, controls, told };
+    const framing = new Framing(live, view, selection);
+    this.session = { live, clock, view, plots, matrix, controls, told, framing };
     this.owed = 0;
     apply();
     if (playing) clock.play();
@@ -398,6 +401,7 @@ export class Playground {
     if (now - this.shown < OFTEN || !this.stale) return;
     this.shown = now;
     this.stale = false;
+    session.framing.keep();
     session.plots.show();
     session.matrix.show(true);
     this.tell();

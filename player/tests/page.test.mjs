@@ -496,8 +496,10 @@ withPage("a floor goes along with the camera", "plane.html", {}, async (page) =>
     const { stage, bodies } = window.carom.view;
     const by = stage.controls.target.clone().set(5000, 0, 0);
     stage.shift(by);
+    stage.camera.zoom = 0.002;
+    stage.camera.updateProjectionMatrix();
     stage.drawFull();
-    const place = stage.toScreen(by.set(5003, -0.2, 0));
+    const place = stage.toScreen(by.set(6200, -200, 0));
     const box = stage.canvas.getBoundingClientRect();
     return bodies.pick(stage.rayAt(box.left + place.x, box.top + place.y));
   });

@@ -443,6 +443,31 @@ test(
   },
 );
 
+test("what rolls away stays in the picture, until the camera is moved", options, async () => {
+  await load({ name: "rolling_ball_planar" });
+  const ball = () =>
+    page.evaluate(() => {
+      const { view } = window.playground.session;
+      const box = view.stage.canvas.getBoundingClientRect();
+      return view.bodyOnScreen(1).x / box.width;
+    });
+  await run(150);
+  await page.waitForTimeout(600);
+  const share = await ball();
+  assert.ok(share > 0 && share < 1, `at ${share} of the width`);
+  const middle = await page.evaluate(() => {
+    const box = window.playground.session.view.stage.canvas.getBoundingClientRect();
+    return [box.left + box.width / 2, box.top + box.height / 3];
+  });
+  await page.mouse.move(...middle);
+  await page.mouse.wheel(0, -400);
+  const zoom = () => page.evaluate(() => window.playground.session.view.stage.scale());
+  const own = await zoom();
+  await run(300);
+  await page.waitForTimeout(600);
+  assert.equal(await zoom(), own, "the reader's camera is left alone");
+});
+
 test("keys work after a click on a control", options, async () => {
   await load({ text: FILES[0] });
   await page.locator("[data-control=friction]").click();

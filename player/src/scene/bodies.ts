@@ -8,7 +8,7 @@ import type { Extent } from "./extent";
 import { Instances } from "./instances";
 import { Merged, type Single } from "./merged";
 import { type Form, type Piece, piecesOf } from "./pieces";
-import { Unbounded } from "./unbounded";
+import { type Around, Unbounded } from "./unbounded";
 
 /** Looks of a replay: as itself, or as the ghost of a run that it is compared with. */
 export type Look = "solid" | "ghost";
@@ -31,9 +31,9 @@ export class Bodies {
   readonly obstacles = new Group();
   private readonly batches: Batch[];
   private readonly unbounded = new Map<Batch, Unbounded>();
-  /** What unbounded shapes are drawn around, and how far from it the camera may look [m]. */
-  private readonly center: Vector3;
-  private readonly far: number;
+  /** What unbounded shapes are drawn around, and how large they are made [m]. */
+  private readonly around: Around;
+  private readonly reach: number;
   private shown = -1;
   /** Who sleeps at the frame shown, as 0 and 1, and at the one coloured last. */
   private asleep: Uint8Array;
@@ -47,8 +47,8 @@ export class Bodies {
     private readonly look: Look,
     extent: Extent,
   ) {
-    this.center = extent.box.getCenter(new Vector3());
-    this.far = extent.reach / 4;
+    this.around = { center: extent.box.getCenter(new Vector3()), scale: 1 };
+    this.reach = extent.reach;
     this.asleep = new Uint8Array(replay.bodies);
     this.dimmed = new Uint8Array(replay.bodies);
     this.batches = this.batched(gathered(replay, extent.reach));
@@ -87,10 +87,13 @@ export class Bodies {
     }
   }
 
-  /** Has unbounded shapes drawn where the camera looks. */
-  lookAt(target: Vector3): void {
-    if (this.center.distanceTo(target) < this.far) return;
-    this.center.copy(target);
+  /** Has unbounded shapes drawn where the camera looks, as far as it sees [m]. */
+  lookAt(target: Vector3, sight: number): void {
+    const { center } = this.around;
+    const scale = 10 ** Math.max(0, Math.ceil(Math.log10(sight / this.reach)));
+    if (scale === this.around.scale && center.distanceTo(target) < (scale * this.reach) / 4) return;
+    this.around.scale = scale;
+    center.copy(target);
     for (const each of this.unbounded.values()) each.place();
   }
 
@@ -177,7 +180,7 @@ export class Bodies {
     made.edges.renderOrder = flat ? 2 : 0;
     if (made.fill) made.fill.renderOrder = ghost || glass ? 1 : 0;
     const { normal } = form;
-    if (normal) this.unbounded.set(made, new Unbounded(made, { ...form, normal }, flat, this.center));
+    if (normal) this.unbounded.set(made, new Unbounded(made, { ...form, normal }, flat, this.around));
     return made;
   }
 

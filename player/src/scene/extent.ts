@@ -17,6 +17,8 @@ export interface Extent {
 
 /** Frames that are looked at. */
 const FRAMES = 24;
+/** Of fewer bodies than this all are seen, of more nearly all. */
+const FEW = 50;
 
 /** The extent of a run: where bodies that move are most of the time, with those at rest around them. */
 export function extentOf(replay: Replay): Extent {
@@ -58,7 +60,7 @@ function percentile(replay: Replay, bodies: number[], share: number): Vector3 {
       });
     }
     values.sort();
-    const few = values.length < 50 * FRAMES; // of few bodies all are wanted
+    const few = bodies.length < FEW; // of few bodies all are wanted
     corner.setComponent(
       axis,
       values[Math.round((few ? Math.round(share) : share) * (values.length - 1))] ?? 0,

@@ -208,6 +208,11 @@ export class Stage {
     return (2 * distance * Math.tan((this.camera.fov * Math.PI) / 360)) / this.height;
   }
 
+  /** Half of the longer side of what is seen where the camera looks [m]. */
+  sight(): number {
+    return (this.scale() * Math.max(this.width, this.height)) / 2;
+  }
+
   /** Takes the colours of the theme. */
   retheme(): void {
     this.scene.background = new Color(theme().background);

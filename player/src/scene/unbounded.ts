@@ -9,6 +9,13 @@ import type { Form } from "./pieces";
 
 const Z = new Vector3(0, 0, 1);
 
+/** What unbounded shapes are drawn around. */
+export interface Around {
+  center: Vector3;
+  /** How many times as large as they are made, a power of ten [1]. */
+  scale: number;
+}
+
 /** See the file's head. */
 export class Unbounded {
   /** Directions along the bounding plane, in the shape's axes. */
@@ -18,7 +25,7 @@ export class Unbounded {
     private readonly batch: Batch,
     private readonly form: Form & { normal: Vector3 },
     flat: boolean,
-    private readonly center: Vector3,
+    private readonly around: Around,
   ) {
     const { normal } = form;
     const turn = new Quaternion().setFromUnitVectors(Z, normal);
@@ -30,13 +37,16 @@ export class Unbounded {
   /** Moves what is drawn of all pieces along their planes to where the center is now. */
   place(): void {
     const { matrices, bodies } = this.batch;
-    const { spacing = 0 } = this.form;
+    const { center, scale } = this.around;
+    const spacing = scale * (this.form.spacing ?? 0);
     for (let piece = 0; piece < bodies.length; piece++) {
       const at = 16 * piece;
+      const now = Math.hypot(matrices[at], matrices[at + 1], matrices[at + 2]);
+      for (let k = 0; k < 11; k++) if (k % 4 < 3) matrices[at + k] *= scale / now;
       const offset = new Vector3(matrices[at + 12], matrices[at + 13], matrices[at + 14]);
-      offset.subVectors(this.center, offset);
+      offset.subVectors(center, offset);
       for (const direction of this.along) {
-        const world = turned(direction, matrices, at);
+        const world = turned(direction, matrices, at).normalize();
         const far = offset.dot(world);
         const by = spacing > 0 ? spacing * Math.round(far / spacing) : far;
         for (let axis = 0; axis < 3; axis++) matrices[at + 12 + axis] += by * world.getComponent(axis);

@@ -143,7 +143,8 @@ export class SceneView {
     const rough = this.stage.coarse && this.usual < SMALL * this.stage.scale();
     for (const each of [this.bodies, this.other]) each?.setRough(rough);
     this.follow();
-    for (const each of [this.bodies, this.other]) each?.lookAt(this.stage.controls.target);
+    for (const each of [this.bodies, this.other])
+      each?.lookAt(this.stage.controls.target, this.stage.sight());
     this.bodies.show(frame);
     if (this.second && this.other) this.other.show(this.frameOf(1));
     [this.arrows, this.otherArrows].forEach((arrows, run) => {
