@@ -7,11 +7,15 @@ import { theme } from "../theme";
 import type { Chart, Line } from "./charts";
 
 const FONT = "11px ui-sans-serif, system-ui, sans-serif";
+/** The legend's, as the page's style has it. */
+const LEGEND_FONT = "11.5px ui-sans-serif, system-ui, sans-serif";
 /** Room beside the last label of the time axis, half of which stands beyond the axis [px]. */
 const LAST_LABEL = 20;
-/** Width of a mark and a value, and about that of a letter of a name [px]. */
-const BESIDE_NAMES = 100;
-const LETTER = 6.2;
+/** Width of a mark with its gap, and of the gap before a value [px]. */
+const MARK = 21;
+const GAP = 5;
+/** As wide as values get. */
+const WIDEST = "−0.0000000";
 /** Most labels of a logarithmic axis. */
 const MOST_DECADES = 6;
 /** Patterns of strokes and gaps [px]. */
@@ -68,16 +72,24 @@ function series(line: Line, colour: string): uPlot.Series {
 /** Names of a chart's lines in their colours, each with a place for its value; as high whatever the values are. */
 export function legendOf(chart: Chart): { root: HTMLElement; values: HTMLElement[] } {
   const values = chart.lines.map(() => element("b"));
-  const spans = chart.lines.map(({ name, stroke }, i) => {
+  const spans = chart.lines.map(({ name, unit, stroke }, i) => {
     const mark = element("i", { class: stroke ? `mark ${stroke}` : "mark" });
     mark.style.color = colourOf(chart, i);
-    return element("span", { title: name }, mark, element("span", {}, name), values[i]);
+    const span = element("span", { title: name }, mark, element("span", {}, name), values[i]);
+    const widest = unit === "1" ? WIDEST : `${WIDEST} ${unit}`;
+    span.style.width = `${Math.ceil(MARK + widthOf(name) + GAP + widthOf(widest)) + 1}px`;
+    return span;
   });
-  const root = element("div", { class: "readout" }, ...spans);
-  const longest = Math.max(...chart.lines.map(({ name }) => name.length));
-  root.style.setProperty("--cell", `${Math.round(BESIDE_NAMES + LETTER * longest)}px`);
-  return { root, values };
+  return { root: element("div", { class: "readout" }, ...spans), values };
 }
+
+/** Width of a text of the legend [px]. */
+function widthOf(text: string): number {
+  measure ??= new OffscreenCanvas(1, 1).getContext("2d")!;
+  measure.font = LEGEND_FONT;
+  return measure.measureText(text).width;
+}
+let measure: OffscreenCanvasRenderingContext2D | undefined;
 
 /** A value of a line in words: also those that its axis cannot show. */
 export function told(line: Line, row: number): string {
