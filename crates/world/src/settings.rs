@@ -385,6 +385,10 @@ impl<S: Space> Settings<S> {
                 ));
             }
         }
+        if self.events.cap == Some(0) {
+            let remedy = "give the most events in a row of one set of bodies, or leave it out";
+            return Err(BuildError::setting("events.cap", "must be at least 1, got 0", remedy));
+        }
         if self.scheme == Scheme::Events && !self.integrator.kicks_half_way() {
             let problem = format!("{:?} does not kick half-way through a step", self.integrator);
             let remedy = "take trapezoid or implicit_midpoint with scheme events";

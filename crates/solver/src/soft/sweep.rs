@@ -162,7 +162,7 @@ pub fn sweep<S: Wide, L: Lanes>(
     let mut sum = zero;
     if beside.resists {
         // the couplings between points know nothing of it: it comes first, and they see what it left
-        roll(lanes, pack, beside, &frame, &normal_twist, relaxes, [&mut a, &mut b]);
+        roll(lanes, pack, beside, &frame, &normal_twist, [&mut a, &mut b]);
         normal_twist = frame.twist(&a, &b).0;
     }
     let (mut wanted, stiff) = wanted(lanes, pack, &masses, &gaps, &normal_twist, spring);
@@ -182,6 +182,12 @@ pub fn sweep<S: Wide, L: Lanes>(
         pack.points[i].impulse = new.store();
         if relaxes {
             beside.total[i] = (Real::load(lanes, &beside.total[i]) + new).store();
+        }
+    }
+    if beside.resists {
+        let given = keep_rolling_within::<S, L>(lanes, beside, sum, relaxes);
+        for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
+            pressing[k + 1] += given[k];
         }
     }
     for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
@@ -232,7 +238,7 @@ fn friction<S: Wide, L: Lanes>(
     change
 }
 
-/// Rolling friction of a pack, limited by the normal impulses so far.
+/// Rolling friction of a pack, limited by the normal impulses so far, which are those that the springs pushed with.
 #[inline(always)]
 fn roll<S: Wide, L: Lanes>(
     lanes: L,
@@ -240,7 +246,6 @@ fn roll<S: Wide, L: Lanes>(
     beside: &mut Beside<S>,
     frame: &Frame<S, L>,
     twist: &S::Vectors<Real<L>>,
-    relaxes: bool,
     [a, b]: [&mut Eightfold<S, L>; 2],
 ) {
     let zero = Real::all(lanes, 0.0);
@@ -262,11 +267,38 @@ fn roll<S: Wide, L: Lanes>(
         let moment = new[k] * scale;
         pressing[k + 1] = moment - Real::load(lanes, &beside.rolling_moment[k]);
         beside.rolling_moment[k] = moment.store();
+    }
+    frame.give(&pressing, &S::Spins::all(zero), a, b);
+}
+
+/// Takes back what rolling friction has beyond its disc, now that the normal impulses are known, and books the rest;
+/// returns what it changed.
+#[inline(always)]
+fn keep_rolling_within<S: Wide, L: Lanes>(
+    lanes: L,
+    beside: &mut Beside<S>,
+    sum: Real<L>,
+    relaxes: bool,
+) -> S::Slips<Real<L>> {
+    let slips = <S::Slips<f32> as Several<f32>>::LEN;
+    let mut square = sum.like(1e-30);
+    let mut change = S::Slips::all(sum.like(0.0));
+    for k in 0..slips {
+        let moment = Real::load(lanes, &beside.rolling_moment[k]);
+        change[k] = moment;
+        square += moment * moment;
+    }
+    let limit = Real::load(lanes, &beside.rolling) * sum;
+    let scale = sum.like(1.0).min(limit / square.sqrt());
+    for k in 0..slips {
+        let moment = change[k] * scale;
+        change[k] = moment - change[k];
+        beside.rolling_moment[k] = moment.store();
         if relaxes {
             beside.rolled[k] = (Real::load(lanes, &beside.rolled[k]) + moment).store();
         }
     }
-    frame.give(&pressing, &S::Spins::all(zero), a, b);
+    change
 }
 
 /// Restitution after the substeps: points that came in faster than `rest_speed` and were pressed leave with e times it.
