@@ -20,6 +20,24 @@ from carom.errors import BuildError, CaromError, refused
 KINDS = ("dynamic", "static", "kinematic")
 
 
+def checked_name(name: Any, what: str) -> None:
+    """Refuses what scene files refuse as a name, and what no file could hold.
+
+    Raises
+    ------
+    BuildError
+        Naming the field.
+    """
+    remedy = f"give each {what} a name of its own"
+    if not isinstance(name, str):
+        raise refused(None, "name", "must be text", name, remedy)
+    if _UNPRINTABLE.search(name):
+        raise refused(None, "name", "must hold no control characters and no lone surrogates", name, remedy)
+
+
+_UNPRINTABLE = re.compile("[\x00-\x1f\x7f\ud800-\udfff]")
+
+
 def body_arguments(given: Mapping[str, Any], space: Space) -> tuple[dict[str, Any], dict[str, Any] | None]:
     """The engine's arguments of a new body, and its shape as a table.
 
@@ -29,8 +47,7 @@ def body_arguments(given: Mapping[str, Any], space: Space) -> tuple[dict[str, An
         Naming body and field.
     """
     name = given["name"]
-    if not isinstance(name, str):
-        raise refused(None, "name", "must be text", name, "give each body a name of its own")
+    checked_name(name, "body")
     kind = given["kind"]
     if kind not in KINDS:
         raise refused(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-from carom._adding import attributed
+from carom._adding import attributed, checked_name
 from carom._body import Body
 from carom._joint import Joint, joint_arguments
 from carom._space import Space
@@ -106,6 +106,7 @@ class Jointed:
     def _join(self, given: dict[str, Any]) -> Joint:
         bodies = {key: g.name if isinstance(g := given[key], Body) else g for key in ("a", "b")}
         given = given | bodies
+        checked_name(given["name"], "joint")
         with attributed(given):
             self._native.add_joint(given["name"], joint_arguments(given, self._space))
         return self._joint(given["name"])

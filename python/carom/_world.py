@@ -160,6 +160,8 @@ class World(Arrayed, Forced, Jointed, Observed, Judged, Threaded, Drowsy):
             value = self._space.vector(value, "gravity", "m/s^2")
         plain = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
         remedy = f"see World.{name}: {getattr(type(self), name).__doc__}"
+        if isinstance(self.settings[name], dict) and not isinstance(plain, dict):
+            raise refused(None, name, "must be a dict of named choices", value, remedy)
         parts = plain.items() if isinstance(plain, dict) else [("", plain)]
         for part, part_value in parts:
             if isinstance(part_value, float) and not np.isfinite(part_value):

@@ -214,7 +214,12 @@ def check_run(
     ------
     UnreadableRunError
         When the file is missing, no run, damaged or unsafe to read.
+    ValueError
+        For bounds that are not finite or are negative.
     """
+    for name, bound in (("closure", closure), ("penetration", penetration)):
+        if bound is not None and not (np.isfinite(bound) and bound >= 0):
+            raise ValueError(f"{name} must be finite and >= 0, got {bound}; leave it out for the default")
     file = RunFile(Path(path))
     try:
         return _Looking(file, closure, penetration, progress or (lambda share: None)).verdict(str(path))

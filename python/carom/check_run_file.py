@@ -51,7 +51,7 @@ class RunFile:
             self._read_header()
             self._read_shapes()
         except _REFUSED as error:
-            raise UnreadableRunError(f"{path}: {str(error)[:300]}") from error
+            raise UnreadableRunError(f"{path}: {_why(path, error)}") from error
 
     def _read_header(self) -> None:
         attributes = self._file.attrs
@@ -215,6 +215,18 @@ class RunFile:
         if place.shape != shape:
             raise ValueError(f"{name} has shape {place.shape}, expected {shape}")
         return np.asarray(place[...])
+
+
+def _why(path: Path, error: BaseException) -> str:
+    """What is wrong with a file, and what to do; the library's own words are of file descriptors."""
+    if not path.exists():
+        return "no such file; check the path"
+    if path.is_dir():
+        return "is a folder; give a file that `carom run` wrote"
+    if isinstance(error, OSError) and not h5py.is_hdf5(path):
+        reason = (error.strerror or str(error).split(",")[0])[:160]
+        return f"is no HDF5 file ({reason}); give one that `carom run` wrote"
+    return str(error)[:300]
 
 
 def _opened(path: Path) -> Any:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import html
 import math
+import operator
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from carom.errors import BuildError
+from carom.errors import BuildError, refused
 from carom.recording import LEDGER_LINES, OWN_SOLVERS, FileData, Floats, Header, Records, RunData, copy_into
 
 if TYPE_CHECKING:
@@ -129,8 +130,21 @@ class RaggedContacts:
         return len(self.offsets) - 1
 
     def __getitem__(self, frame: int) -> Records:
-        """Contacts of a frame."""
-        number = range(len(self))[frame]
+        """Contacts of a frame; negative numbers count from the end.
+
+        Raises
+        ------
+        IndexError
+            When there is no such frame.
+        TypeError
+            For anything but a whole number.
+        """
+        try:
+            number = range(len(self))[operator.index(frame)]
+        except IndexError:
+            raise IndexError(f"no frame {frame}: the run has {len(self)}") from None
+        except TypeError:
+            raise TypeError(f"a frame's number is whole, got {frame!r}; ask for one after another") from None
         return self._rows(int(self.offsets[number]), int(self.offsets[number + 1]))
 
     def __iter__(self) -> Iterator[Records]:
@@ -138,7 +152,15 @@ class RaggedContacts:
         return (self[frame] for frame in range(len(self)))
 
     def at(self, t: float) -> Records:
-        """Contacts of the recorded frame nearest to time `t` [s]."""
+        """Contacts of the recorded frame nearest to time `t` [s].
+
+        Raises
+        ------
+        BuildError
+            When `t` is not finite.
+        """
+        if not np.isfinite(t):
+            raise refused(None, "t", "must be finite", t, "give a moment of the run [s]")
         return self[int(np.argmin(np.abs(self._data.frames("time") - t)))]
 
     def all(self) -> Records:

@@ -252,7 +252,7 @@ class Header:
     shapes: tuple[Mapping[str, Any], ...] = ()
     shape: npt.NDArray[np.int32] | None = None
     center: Floats | None = None
-    created: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
+    created: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="microseconds"))
 
 
 @dataclass(frozen=True)
@@ -394,8 +394,8 @@ class FileRecorder:
         """Makes the file, or refuses with a `RunFileError`."""
         self.header = header
         self.path = path
-        self._refuse_foreign(path)
         try:
+            self._refuse_foreign(path)
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = h5py.File(path, "w", libver="latest")
         except OSError as error:
@@ -485,8 +485,10 @@ class FileRecorder:
     def _growing(group: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Any:
         row = max(1, dtype.itemsize * int(np.prod(shape, dtype=int)))
         chunks = (max(1, _CHUNK_BYTES // row), *(max(1, size) for size in shape))
+        # a chunk has a size, also of a world without bodies, and must fit into the largest shape
+        most = (None, *(size or None for size in shape))
         # no compression: on a pile's contacts gzip saves a third and makes recording ten times slower
-        return group.create_dataset(name, (0, *shape), maxshape=(None, *shape), dtype=dtype, chunks=chunks)
+        return group.create_dataset(name, (0, *shape), maxshape=most, dtype=dtype, chunks=chunks)
 
     def append(self, chunk: Chunk) -> None:
         """Writes a chunk and flushes it."""
@@ -529,6 +531,7 @@ class FileData:
     def __init__(self, path: Path) -> None:
         """Reads the header; see `open_run` for what is refused."""
         self.path = path
+        self._place = path.absolute()  # it is read again later, wherever the program is then
         self._kept: dict[str, npt.NDArray[Any]] = {}
         with open_run(path) as file:
             self.header = _read_header(file)
@@ -548,7 +551,7 @@ class FileData:
         """One array over all frames."""
         if name not in self._kept:
             end = self._length + (name in _RAGGED)
-            with open_run(self.path) as file:
+            with self._again() as file:
                 if name in _OPTIONAL and f"frames/{name}" not in file:
                     return np.zeros(end, dtype=np.int64)
                 self._kept[name] = self._growing(file, f"frames/{name}")[:end]
@@ -557,19 +560,28 @@ class FileData:
     def steps(self) -> Records:
         """One record per step."""
         if "steps" not in self._kept:
-            with open_run(self.path) as file:
+            with self._again() as file:
                 self._kept["steps"] = self._growing(file, "steps")[...]
         return self._kept["steps"]
 
     def contacts(self, begin: int, end: int) -> Records:
         """Contact records by row, read from the file each time."""
-        with open_run(self.path) as file:
+        with self._again() as file:
             return np.asarray(self._growing(file, "contacts")[begin:end])
 
     def table(self, name: str) -> Records | None:
         """Records of all frames; None where they were not recorded."""
-        with open_run(self.path) as file:
+        with self._again() as file:
             return np.asarray(file[name][...]) if name in file else None
+
+    def _again(self) -> Any:
+        """The file, if it still is that of this run."""
+        file = open_run(self._place)
+        if _attribute(file, "created") != self.header.created:
+            file.close()
+            problem = "holds another run since this one was opened"
+            raise _unreadable(self.path, problem, "record each run into a file of its own", None)
+        return file
 
     def _growing(self, file: Any, name: str) -> Any:
         """A dataset of the run; a run that failed before its first frame has none."""
@@ -614,7 +626,14 @@ def is_run_file(path: Path) -> bool:
 
 def record(path: str | Path | None, header: Header) -> Recorder:
     """A recorder into a file, or into memory when there is no path."""
-    return MemoryRecorder(header) if path is None else FileRecorder(Path(path), header)
+    if path is None:
+        return MemoryRecorder(header)
+    if not isinstance(path, (str, Path)) or "\0" in str(path):
+        raise RunFileError(
+            f"run file {path!r}: is no path; give one that ends in .h5", field="out", value=path,
+            remedy="give a path that ends in .h5",
+        )  # fmt: skip
+    return FileRecorder(Path(path), header)
 
 
 def copy_into(path: Path, data: RunData, chunk: Chunk) -> None:

@@ -60,7 +60,7 @@ def check_command(
     try:
         with _Bar() as bar:
             found = check_run(run, closure=closure, penetration=penetration, progress=bar)
-    except UnreadableRunError as error:
+    except (UnreadableRunError, ValueError) as error:
         say(f"error: {error}")
         raise typer.Exit(BAD_INPUT) from None
     typer.echo(json.dumps(found.to_dict(), indent=2) if as_json else found.text())

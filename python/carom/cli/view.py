@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import webbrowser
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +10,7 @@ from typing import Annotated
 import typer
 
 from carom.cli.failure import say
+from carom.errors import refused
 from carom.recorded import Run
 
 RunArgument = Annotated[Path, typer.Argument(metavar="RUN", help="A file that `carom run` wrote.")]
@@ -31,11 +33,13 @@ def view_command(
     ] = False,
 ) -> None:
     """Write a page that replays a run, and open it in a browser when there is one."""
+    if not 0 < megabytes < math.inf:
+        raise refused(None, "--megabytes", "must be finite and > 0", megabytes, "20 is the default [MB]")
     recorded = Run.load(run)
     path = recorded.to_html(
         html if html is not None else run.with_suffix(".html"),
         other=None if other is None else Run.load(other),
-        max_bytes=int(megabytes * 1e6),
+        max_bytes=max(1, int(megabytes * 1e6)),
         explain_seconds=explain,
     )
     typer.echo(str(path))

@@ -73,6 +73,8 @@ def encode_run(run: Run, max_bytes: int, told: Told | None = None) -> tuple[Payl
 def _check(run: Run) -> None:
     if len(run.time) == 0:
         raise CaromError("replay: the run holds no frame; run the scene again", field="run")
+    if not run.names:
+        raise CaromError("replay: the run holds no body; add one and run it again", field="run")
     for name in ("position", "rotation", "velocity", "angular_velocity"):
         bad = np.argwhere(~np.isfinite(getattr(run, name)))
         if len(bad):

@@ -6,14 +6,16 @@ The page is built from the folder `player` of the repository and comes with the 
 from __future__ import annotations
 
 import html
+import math
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from carom.errors import CaromError
+from carom.errors import CaromError, refused
 from carom.player.difference import difference
 from carom.player.encode import MAX_BYTES, encode_run
 from carom.player.words import EXPLAIN_SECONDS, in_words
+from carom.recording import is_run_file
 
 if TYPE_CHECKING:
     from carom.recorded import Run
@@ -43,8 +45,15 @@ def page_of(
     Raises
     ------
     CaromError
-        When the package holds no page, or a run cannot be shown: no frame, a pose that is not finite.
+        When the package holds no page, or a run cannot be shown: no frame or body, a pose that is not finite.
+    BuildError
+        For sizes and times that are none.
     """
+    if not max_bytes > 0:
+        raise refused(None, "max_bytes", "must be > 0", max_bytes, "2e7 are the default [bytes]")
+    if not 0 <= explain_seconds < math.inf:
+        problem, remedy = "must be finite and >= 0", "0 explains nothing, 5 is the default [s]"
+        raise refused(None, "explain_seconds", problem, explain_seconds, remedy)
     page = _built_page()
     runs = [run] if other is None else [run, other]
     blocks = []
@@ -68,9 +77,20 @@ def write_page(path: str | Path, text: str) -> Path:
     Raises
     ------
     CaromError
-        When the path cannot be written.
+        When the path cannot be written, or holds something that is no page.
     """
+    path = Path(path)
+    if path.is_file() and path.stat().st_size and not _is_page(path):
+        raise _unwritable(path, "exists and is no page")
     return save_whole(path, text.encode())
+
+
+def _is_page(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            return file.read(200).lstrip().lower().startswith((b"<!doctype html", b"<html"))
+    except OSError:
+        return False
 
 
 def save_whole(path: str | Path, content: bytes) -> Path:
@@ -79,21 +99,24 @@ def save_whole(path: str | Path, content: bytes) -> Path:
     Raises
     ------
     CaromError
-        When the path cannot be written.
+        When the path cannot be written, or holds a recorded run, which would be lost.
     """
     path = Path(path)
+    if path.is_file() and is_run_file(path):
+        raise _unwritable(path, "is a recorded run, which would be lost")
     partial = path.with_name(f"{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         partial.write_bytes(content)
         os.replace(partial, path)
     except OSError as error:
-        remedy = "choose another path"
-        raise CaromError(
-            f"{str(path)!r} cannot be written: {error.strerror or error}; {remedy}",
-            field="path", value=str(path), remedy=remedy,
-        ) from error  # fmt: skip
+        raise _unwritable(path, f"cannot be written: {error.strerror or error}") from error
     return path
+
+
+def _unwritable(path: Path, problem: str) -> CaromError:
+    remedy = "choose another path"
+    return CaromError(f"{str(path)!r} {problem}; {remedy}", field="path", value=str(path), remedy=remedy)
 
 
 def notebook_frame(text: str, height: int = 560) -> str:
