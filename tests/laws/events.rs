@@ -11,6 +11,7 @@ in_plane_and_space!(
     a_sliding_block_stops_at_the_closed_form_in_steps_of_a_tenth,
     a_sliding_ball_rolls_from_the_very_moment,
     a_rolling_ball_that_is_pushed_slides_and_rolls_again,
+    a_ball_that_rolling_friction_brakes_stops_at_the_closed_form_and_rests,
     a_block_on_a_steep_floor_stays_where_it_is,
     a_block_on_a_steeper_floor_slides_by_the_closed_form,
     a_stack_of_ten_stands_and_carries_exactly,
@@ -150,6 +151,27 @@ pub fn a_sliding_ball_rolls_from_the_very_moment<S: Dimension>() {
     close(speed(&w, 1), rolling, 1e-10, "C16 rolling speed [m/s]");
     close(S::along(w.bodies().motion.position[1]), place, 1e-10, "C16 place after 1 s [m]");
     close(-S::rate(w.bodies().motion.angular_velocity[1]) * 0.1, rolling, 1e-10, "C16 rolls [m/s]");
+}
+
+/// v^2 / (2 a) with a = c g / (R (1 + k)), and rest: the velocity's sign had changed at every step from there on.
+pub fn a_ball_that_rolling_friction_brakes_stops_at_the_closed_form_and_rests<S: Dimension>() {
+    let (radius, c, v0) = (0.1, 0.005, 0.3);
+    for dt in [0.1, 1.0 / 30.0, 1.0 / 240.0] {
+        let mut w = world::<S>(events(dt));
+        add_floor(&mut w, 0.8, 0.0);
+        let ball = BodySpec::heavy(S::ball(radius), 1.0).at(S::at(0.0, radius)).friction(0.8);
+        let ball = ball.moving(S::at(v0, 0.0)).spinning(S::turn(-v0 / radius)).resisting(c, 0.0);
+        let ball = add(&mut w, "ball", ball);
+        let a = c * G / (radius * (1.0 + S::ROUNDNESS));
+        let rests = v0 / a + 2.0 * dt;
+        run(&mut w, 2.0 * rests, |w, r| {
+            if r.time > rests {
+                at_most(speed(w, ball).abs(), 1e-9, "speed at rest [m/s]");
+            }
+        });
+        close(S::along(w.bodies().motion.position[ball]), v0 * v0 / (2.0 * a), 1e-9, "way [m]");
+        at_most(w.ledger().closure.abs(), 1e-12, "closure [J]");
+    }
 }
 
 /// A block on a floor that is level, under gravity that leans by an angle \[rad\].

@@ -1,5 +1,5 @@
-//! When a slipping contact comes to its stop within a flow. The mean-velocity law would carry the slip through zero
-//! to the other side; the flow ends at the stop instead. A short trial flow, before any contact stops, gives each
+//! When a slipping contact comes to its stop within a flow, or one that rolls or spins against a moment of friction.
+//! The mean-velocity law would carry the slip through zero to the other side; the flow ends at the stop instead. A short trial flow, before any contact stops, gives each
 //! slip's deceleration, and the stop is where it has used the slip up.
 
 use super::contacts::Active;
@@ -21,11 +21,20 @@ const TRIALS: usize = 10;
 /// Corrections of the moment where decelerations change on the way.
 const CORRECTIONS: usize = 12;
 
-/// A contact's slip at the start of a flow: index, speed, direction.
+/// A contact's slip at the start of a flow: index, speed, and which way.
 struct Slip<S: Geometry> {
     contact: usize,
+    /// \[m/s\]
     speed: f64,
-    direction: S::Vector,
+    way: Way<S>,
+}
+
+/// How a contact's bodies move against each other.
+enum Way<S: Geometry> {
+    /// Along the surface, in this direction.
+    Slides(S::Vector),
+    /// They turn against each other about this axis, and surfaces are this far from it \[m\].
+    Turns(S::Spin, f64),
 }
 
 /// Velocity of a's point over b's, along the surface, world axes.
@@ -33,6 +42,16 @@ pub(super) fn slip_of<S: Geometry>(m: &Motion<S>, t: &Touch<S>) -> S::Vector {
     let at = |i: usize| m.twist(i).at(t.point - m.position[i]);
     let relative = at(t.a) - at(t.b);
     relative - t.normal * t.normal.dot(relative)
+}
+
+/// The parts of a relative angular velocity that rolling and spinning friction are against \[rad/s\].
+fn turning_of<S: Geometry>(relative: S::Spin, t: &Touch<S>) -> [(S::Spin, f64); 2] {
+    if S::SPIN == 1 {
+        return [(relative, t.rolling), (S::Spin::ZERO, 0.0)];
+    }
+    let normal = S::Spin::from_fn(|i| t.normal[i]);
+    let about = normal * normal.dot(relative);
+    [(relative - about, t.rolling), (about, t.spinning)]
 }
 
 impl<S: Geometry> Together<'_, S> {
@@ -62,24 +81,49 @@ impl<S: Geometry> Together<'_, S> {
         self.slips(start, active).iter().any(|s| self.along(s) <= STOPPED * s.speed)
     }
 
-    /// The contacts that slip where a flow begins.
+    /// The contacts that slip where a flow begins, and those that turn against a moment.
     fn slips(&self, start: &Saved<S>, active: &Active<S>) -> Vec<Slip<S>> {
         let memory = start.memory().unwrap_or(&self.warm.contacts);
-        let all = active.touches.iter().enumerate().filter(|(_, t)| t.friction > 0.0);
-        all.filter_map(|(contact, t)| {
-            let slip = slip_of(start.motion(), t);
-            let speed = slip.norm();
-            (speed > memory.no_slip(t.id)).then(|| Slip { contact, speed, direction: slip * (1.0 / speed) })
+        let mut found = Vec::new();
+        for (contact, t) in active.touches.iter().enumerate() {
+            if t.friction > 0.0 {
+                let slip = slip_of(start.motion(), t);
+                let speed = slip.norm();
+                if speed > memory.no_slip(t.id) {
+                    found.push(Slip { contact, speed, way: Way::Slides(slip * (1.0 / speed)) });
+                }
+            }
+            if t.rolling > 0.0 || t.spinning > 0.0 {
+                found.extend(self.turns(start.motion(), contact, t));
+            }
+        }
+        found
+    }
+
+    /// How the bodies of a contact turn against each other where friction has moments against it.
+    fn turns(&self, m: &Motion<S>, contact: usize, t: &Touch<S>) -> impl Iterator<Item = Slip<S>> {
+        let movers = [t.a, t.b].into_iter().filter(|&i| self.bodies.is_dynamic(i));
+        let length = movers.map(|i| (t.point - m.position[i]).norm()).fold(f64::INFINITY, f64::min);
+        let parts = turning_of::<S>(m.twist(t.a).angular - m.twist(t.b).angular, t);
+        parts.into_iter().filter(|(_, coefficient)| *coefficient > 0.0).filter_map(move |(turning, _)| {
+            let (rate, speed) = (turning.norm(), turning.norm() * length);
+            let way = || Way::Turns(turning * (1.0 / rate), length);
+            (speed > NO_SLIP && speed.is_finite()).then(|| Slip { contact, speed, way: way() })
         })
-        .collect()
     }
 
     /// A slip's component along its first direction at the end of the flow taken last.
     fn along(&self, slip: &Slip<S>) -> f64 {
         let c = &self.last.problem.contacts[slip.contact];
         let m = &self.bodies.motion;
-        let relative = m.twist(c.a).at(c.arm_a) - m.twist(c.b).at(c.arm_b);
-        (relative - c.normal * c.normal.dot(relative)).dot(slip.direction)
+        let (a, b) = (m.twist(c.a), m.twist(c.b));
+        match slip.way {
+            Way::Slides(direction) => {
+                let relative = a.at(c.arm_a) - b.at(c.arm_b);
+                (relative - c.normal * c.normal.dot(relative)).dot(direction)
+            }
+            Way::Turns(axis, length) => (a.angular - b.angular).dot(axis) * length,
+        }
     }
 
     fn seek(
