@@ -8,8 +8,8 @@ pub mod scenes;
 
 use carom::geometry::MassProperties;
 use carom::{
-    BodySpec, Column, Geometry, Inertia, Integrator, Ledger, Moment, Planar, PlanarShape, Rotation, Settings,
-    Space, Spatial, SpatialShape, StepReport, Sym3, World, vec1, vec2, vec3,
+    BodySpec, Column, Geometry, Inertia, Integrator, Ledger, Moment, Planar, PlanarPart, PlanarShape, Pose,
+    Rotation, Settings, Space, Spatial, SpatialPart, SpatialShape, StepReport, Sym3, World, vec1, vec2, vec3,
 };
 
 /// Standard acceleration of gravity in the scenes \[m/s^2\].
@@ -31,6 +31,8 @@ pub trait Dimension: Geometry {
     fn ball(radius: f64) -> Self::Shape;
     /// A box of full width (all horizontal sides) and height.
     fn block(width: f64, height: f64) -> Self::Shape;
+    /// Shapes at places, as one.
+    fn joined(parts: Vec<(Self::Shape, Self::Vector)>) -> Self::Shape;
     /// A card: a plate of thickness and height whose edges are rounded by a radius more \[m\].
     fn card(thickness: f64, height: f64, radius: f64) -> Self::Shape;
     /// The half-plane or half-space below the origin.
@@ -66,6 +68,10 @@ impl Dimension for Planar {
     }
     fn block(width: f64, height: f64) -> Self::Shape {
         PlanarShape::Box { size: [width, height] }
+    }
+    fn joined(parts: Vec<(Self::Shape, Self::Vector)>) -> Self::Shape {
+        let part = |(shape, at)| PlanarPart { pose: Pose::new(at, Rotation::IDENTITY), shape };
+        PlanarShape::Compound { parts: parts.into_iter().map(part).collect() }
     }
     fn card(thickness: f64, height: f64, radius: f64) -> Self::Shape {
         PlanarShape::RoundBox { size: [thickness, height], radius }
@@ -106,6 +112,10 @@ impl Dimension for Spatial {
     }
     fn block(width: f64, height: f64) -> Self::Shape {
         SpatialShape::Box { size: [width, width, height] }
+    }
+    fn joined(parts: Vec<(Self::Shape, Self::Vector)>) -> Self::Shape {
+        let part = |(shape, at)| SpatialPart { pose: Pose::new(at, Rotation::IDENTITY), shape };
+        SpatialShape::Compound { parts: parts.into_iter().map(part).collect() }
     }
     fn card(thickness: f64, height: f64, radius: f64) -> Self::Shape {
         SpatialShape::RoundBox { size: [thickness, 0.6 * height, height], radius }

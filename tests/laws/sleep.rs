@@ -23,10 +23,49 @@ in_plane_and_space!(
     groups_share_what_sleep_takes,
     a_snapshot_of_sleepers_continues_the_trajectory_bit_for_bit,
     a_step_that_is_refused_wakes_nobody,
+    a_snapshot_knows_what_was_written_to_sleepers_and_what_bears_them,
+    an_obstacle_that_is_stopped_and_put_into_a_sleeper_wakes_it,
     a_look_ahead_wakes_nobody,
     sleep_is_not_asked_for_by_default,
     a_row_that_touches_sleeps_together,
 );
+
+/// The copy hung asleep in mid-air: it took the written place for the one that the step had left.
+pub fn a_snapshot_knows_what_was_written_to_sleepers_and_what_bears_them<S: Dimension>() {
+    for moved in ["block", "floor"] {
+        let mut w = world::<S>(drowsy());
+        add(&mut w, "floor", BodySpec::fixed(S::block(10.0, 1.0)).at(S::at(0.0, -0.5)).friction(0.6));
+        add(&mut w, "block", BodySpec::heavy(S::block(1.0, 1.0), 2.0).at(S::at(0.0, 0.5)).friction(0.6));
+        settle(&mut w, 3.0);
+        assert_eq!(w.bodies().asleep(), [1]);
+        let i = usize::from(moved == "block");
+        w.motion_mut().position[i] = S::at(0.0, if i == 1 { 3.5 } else { -50.0 });
+        let (mut copy, _) = World::<S>::from_snapshot(&w.snapshot()).expect("a snapshot");
+        settle(&mut w, 0.5);
+        settle(&mut copy, 0.5);
+        assert!(w.bodies().asleep().is_empty(), "{moved}: it fell");
+        assert!(
+            copy.bodies().motion.position[1] == w.bodies().motion.position[1],
+            "{moved}: so did the copy"
+        );
+    }
+}
+
+/// A gate that drove to its end and was put into its place.
+pub fn an_obstacle_that_is_stopped_and_put_into_a_sleeper_wakes_it<S: Dimension>() {
+    let mut w = world::<S>(drowsy());
+    add_floor(&mut w, 0.6, 0.0);
+    let block =
+        add(&mut w, "block", BodySpec::heavy(S::block(1.0, 1.0), 2.0).at(S::at(0.0, 0.5)).friction(0.6));
+    let gate = BodySpec { kind: BodyKind::Kinematic, ..BodySpec::fixed(S::block(1.0, 1.0)) };
+    let gate = add(&mut w, "gate", gate.at(S::at(-20.0, 0.5)).moving(S::at(1.0, 0.0)).friction(0.6));
+    settle(&mut w, 2.0);
+    assert_eq!(w.bodies().asleep().len(), 1);
+    w.motion_mut().velocity[gate] = S::Vector::ZERO;
+    w.motion_mut().position[gate] = S::at(-0.7, 0.5);
+    settle(&mut w, 1.0);
+    assert!(S::along(w.bodies().motion.position[block]) > 0.25, "it was pushed out");
+}
 
 /// Settings of the scheme with sleep.
 fn drowsy<S: Dimension>() -> Settings<S> {
@@ -343,6 +382,11 @@ pub fn a_step_that_is_refused_wakes_nobody<S: Dimension>() {
     }
     step(&mut twin);
     assert_eq!(sleep(&twin, &one), 0);
+    // nor does one that is refused before it begins, whatever waits for it
+    let (mut w, one, _) = asleep::<S>();
+    w.apply_wrench(one[0], Wrench { force: S::at(0.0, 5.0), torque: S::Spin::ZERO });
+    w.step(-1.0).expect_err("no step length");
+    assert_eq!(sleep(&w, &one), 3);
 }
 
 pub fn a_look_ahead_wakes_nobody<S: Dimension>() {

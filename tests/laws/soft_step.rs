@@ -24,6 +24,7 @@ in_plane_and_space!(
     what_the_scheme_has_no_law_for_is_refused_by_name,
     heavy_on_light_stays_finite,
     only_what_can_meet_within_the_step_has_contacts,
+    what_is_pushed_from_one_part_of_a_body_meets_its_other_parts,
 );
 
 /// Settings of the scheme.
@@ -263,6 +264,23 @@ pub fn rolling_friction_stays_within_its_disc_at_any_speed_and_step<S: Dimension
             0.02 * a,
             &format!("deceleration at {v0} m/s, {dt} s, {substeps} [m/s^2]"),
         );
+    }
+}
+
+/// A block at rest on the floor of a bin, pushed by a whole size a step: contacts with the floor were used again, and the
+/// bin's wall was not looked at.
+pub fn what_is_pushed_from_one_part_of_a_body_meets_its_other_parts<S: Dimension>() {
+    for rest in [0.0, 0.5] {
+        let mut w = world::<S>(soft(1.0 / 60.0));
+        let parts = vec![(S::block(20.0, 1.0), S::at(0.0, -0.5)), (S::block(0.2, 4.0), S::at(2.0, 2.0))];
+        add(&mut w, "bin", BodySpec::fixed(S::joined(parts)).with_origin_at(S::at(0.0, 0.0)).friction(0.5));
+        let block = BodySpec::heavy(S::block(1.0, 1.0), 1.0).at(S::at(1.2, 0.5)).friction(0.5);
+        let block = add(&mut w, "block", block);
+        settle(&mut w, rest);
+        w.motion_mut().velocity[block] = S::at(60.0, 0.0);
+        settle(&mut w, 1.0);
+        let at = S::along(w.bodies().motion.position[block]);
+        at_most(at, 1.45, &format!("place after a rest of {rest} s [m]"));
     }
 }
 

@@ -389,16 +389,21 @@ fn least_reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize
 /// Seen from the larger body every point of the smaller one moves at |v + w x r| + |dw| arm, with the velocities v and spins w
 /// of the larger one and dw of both against each other. What a hit of this step does to others is seen by the next one.
 fn approach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, (a, b): (usize, usize), dt: f64) -> f64 {
+    let falling = [a, b].iter().filter(|i| bodies.is_dynamic(**i)).count() as f64;
+    let fall = falling * settings.gravity.norm() * dt;
+    let least = least_reach(bodies, settings, a) + least_reach(bodies, settings, b);
+    (2.0 * dt * (closing(bodies, (a, b)) + fall)).max(least)
+}
+
+/// How fast surfaces of two bodies can come towards each other, as they move now \[m/s\]: |v + w x r| + |dw| arm of
+/// `approach`.
+pub fn closing<S: Geometry>(bodies: &Bodies<S>, (a, b): (usize, usize)) -> f64 {
     let (data, motion) = (&bodies.data, &bodies.motion);
     let (small, large) = if data[a].extent <= data[b].extent { (a, b) } else { (b, a) };
     let (own, other) = (motion.twist(small), motion.twist(large));
     let passing = (own.linear - other.at(motion.position[small] - motion.position[large])).norm();
     let arm = 0.5 * data[small].extent + data[small].mass_properties.center.norm();
-    let turning = (own.angular - other.angular).norm() * arm;
-    let falling = [a, b].iter().filter(|i| bodies.is_dynamic(**i)).count() as f64;
-    let fall = falling * settings.gravity.norm() * dt;
-    let least = least_reach(bodies, settings, a) + least_reach(bodies, settings, b);
-    (2.0 * dt * (passing + turning + fall)).max(least)
+    passing + (own.angular - other.angular).norm() * arm
 }
 
 /// A contact's name from its bodies' serials and its feature: a fixed mixing of bits (SplitMix64's).

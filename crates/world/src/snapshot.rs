@@ -103,6 +103,7 @@ fn unreadable(problem: String) -> BuildError {
 impl<S: Geometry> World<S> {
     /// The whole state as a text.
     pub fn snapshot(&mut self) -> String {
+        self.wake_stirred();
         let waiting = self.waiting().clone();
         let bodies = (0..self.bodies.len()).map(|i| self.saved_body(i, &waiting[i])).collect();
         let saved = Saved {

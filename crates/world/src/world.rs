@@ -358,6 +358,7 @@ impl<S: Geometry> World<S> {
     pub fn step_watched(&mut self, dt: f64, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
         let as_before = self.stand_as_before();
         self.check_before(dt, as_before)?;
+        self.stir();
         self.keep_motion(as_before);
         self.checkpoint.1.keep(&mut self.warm);
         self.swap_scheme();

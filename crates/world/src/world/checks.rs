@@ -1,6 +1,7 @@
 //! What a step refuses: a length, a motion or a load that is no number, and fixed bodies that shall move.
 
 use super::World;
+use super::standing::Written;
 use crate::body::BodyKind;
 use crate::error::StepError;
 use crate::impact;
@@ -20,7 +21,9 @@ impl<S: Geometry> World<S> {
         let (stage, remedy) = ("before the step", "set it to finite numbers");
         if as_before {
             // those that stand were looked at when they came to
-            self.bodies.movers().iter().try_for_each(|i| self.check_body(*i as usize, stage, remedy))?;
+            let asleep = if self.written > Written::Nothing { self.bodies.asleep() } else { &[] };
+            let looked_at = self.bodies.movers().iter().chain(asleep);
+            looked_at.into_iter().try_for_each(|i| self.check_body(*i as usize, stage, remedy))?;
         } else {
             (0..self.bodies.len()).try_for_each(|i| self.check_body(i, stage, remedy))?;
             self.check_fixed()?;

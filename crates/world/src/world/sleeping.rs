@@ -82,6 +82,12 @@ impl<S: Geometry> World<S> {
         self.bodies.set_asleep(asleep);
     }
 
+    /// Wakes what was stirred since the last step, so that a snapshot, which knows no writes, has it awake.
+    pub(crate) fn wake_stirred(&mut self) {
+        self.stand_as_before();
+        self.stir();
+    }
+
     /// Wakes what was stirred since the last step.
     pub(super) fn stir(&mut self) {
         let written = self.written > Written::Nothing;
@@ -117,7 +123,7 @@ impl<S: Geometry> World<S> {
         loop {
             let (scheme, bodies, settings) = (&mut self.schemes.soft_step, &self.bodies, &self.settings);
             let before = if self.woken.is_empty() { &self.checkpoint.1.patches } else { &self.woken };
-            let known = Again { bodies, settings, before };
+            let known = Again { bodies, settings, before, dt };
             let out = (&mut self.touches, &mut scheme.again);
             self.narrow_phase.update_but(bodies, settings, dt, &known, out);
             if self.bodies.asleep().is_empty() {
@@ -249,11 +255,14 @@ impl<S: Geometry> World<S> {
         self.settings.scheme == Scheme::SoftStep && self.settings.soft.sleeping && self.fields.is_empty()
     }
 
-    /// True when an obstacle that rested was moved since the last step, or set into motion.
+    /// True when an obstacle that rested was moved since the last step, or set into motion, or one that moved was
+    /// stopped, wherever it was put then.
     fn an_obstacle_was_moved(&self) -> bool {
         let (bodies, known) = (&self.bodies, &self.checkpoint.0);
-        let rested = |i: usize| !bodies.is_dynamic(i) && known.twist(i) == Twist::default();
-        (0..bodies.len().min(known.position.len())).any(|i| rested(i) && !bodies.motion.is_as_in(known, i))
+        let rests = |twist: Twist<S>| twist == Twist::default();
+        let rested = |i: usize| rests(known.twist(i)) || rests(bodies.motion.twist(i));
+        let moved = |i: usize| !bodies.is_dynamic(i) && rested(i) && !bodies.motion.is_as_in(known, i);
+        (0..bodies.len().min(known.position.len())).any(moved)
     }
 
     /// Serials of sleeping bodies that something that moves is near to, ascending.

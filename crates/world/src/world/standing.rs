@@ -31,18 +31,16 @@ impl<S: Geometry> World<S> {
         &mut self.bodies
     }
 
-    /// True where the fixed bodies are as the last step that began found them. Wakes what was stirred since.
+    /// True where the fixed bodies are as the last step that began found them.
     pub(super) fn stand_as_before(&mut self) -> bool {
-        let as_before = match self.written {
+        match self.written {
             Written::Nothing => true,
             Written::Motion => self.bodies.stand_as_in(&self.checkpoint.0),
             Written::All => {
                 self.bodies.find_roles();
                 false
             }
-        };
-        self.stir();
-        as_before
+        }
     }
 
     /// Keeps the motion as it is before a step; of fixed bodies only where they are others than before.

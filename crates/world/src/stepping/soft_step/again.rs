@@ -2,11 +2,12 @@
 //! and hardly turned, the points and the normal that it found stand, and gaps follow from the bodies' motion since then, exactly: with dp and R of a body and
 //! e = R^T n - n, a point r from its centre moves by n.dp + e.r along n. It saves the search, and it steadies: points that
 //! are found anew at every step jump between corners that lie on each other, and lose their forces when they do.
-//! Only faces on faces: what rolls needs its points anew.
+//! Only faces on faces: what rolls needs its points anew, and so does what will move by more than that in the step, which a
+//! push may take to parts of the other body that were far.
 
 use super::memory::{PatchForce, Walk};
 use crate::bodies::Bodies;
-use crate::narrow_phase::{Findings, Known, touches_of};
+use crate::narrow_phase::{Findings, Known, closing, touches_of};
 use crate::settings::Settings;
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::{Column, Rotation};
@@ -23,6 +24,8 @@ pub struct Again<'a, S: Geometry> {
     pub settings: &'a Settings<S>,
     /// The patches of the step before.
     pub before: &'a [PatchForce],
+    /// Length of the step \[s\].
+    pub dt: f64,
 }
 
 impl<S: Geometry> Known<S> for Again<'_, S> {
@@ -42,6 +45,10 @@ impl<S: Geometry> Known<S> for Again<'_, S> {
         let drift = (moved_a.by - moved_b.by).norm() + moved_a.swing + moved_b.swing;
         // not a number where an attitude was none
         if drift.is_nan() || drift > AGAIN * size {
+            return false;
+        }
+        // what was pushed since may come to other parts of the other body in this step; how far it falls was known
+        if self.dt * closing(self.bodies, (a, b)) > AGAIN * size {
             return false;
         }
         let normal = column::<S::Vector>(&patch.seen.normal);
