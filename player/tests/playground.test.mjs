@@ -120,6 +120,26 @@ test("the same scene gives the same bits in the page and in a native build", opt
   }
 });
 
+test(
+  "every scene of the list gives the same bits in the page and in a native build, as it is",
+  options,
+  async () => {
+    const names = await page.evaluate(() =>
+      [...document.querySelectorAll("header optgroup:not([label='with a text']) option")].map(
+        ({ value }) => value,
+      ),
+    );
+    assert.ok(names.length > 30, names.join());
+    const asked = names.map((name) => JSON.stringify({ load: { name }, steps: 12 })).join("\n");
+    const native = execFileSync(NATIVE, { input: asked, encoding: "utf8" }).trim().split("\n");
+    for (const [i, name] of names.entries()) {
+      assert.equal(await load({ name }), true);
+      await run(12);
+      assert.equal(await fingerprint(), native[i], name);
+    }
+  },
+);
+
 test("scene files read in the page give the bits that Python's reader gives", options, async (t) => {
   const python = process.env.CAROM_PYTHON ?? join(ROOT, ".venv/bin/python");
   if (!existsSync(python)) return t.skip("no Python environment here: make test-python");
