@@ -23,7 +23,8 @@ import numpy as np
 import numpy.typing as npt
 
 from carom.errors import BuildError, CaromError
-from carom.recorded import Ledger, RaggedContacts, Run, Worst
+from carom.ragged import RaggedContacts
+from carom.recorded import Ledger, Run, Worst
 from carom.recording import KINDS, Floats, Header, Progress, Recorder, record
 
 __all__ = ["Ledger", "Moment", "RaggedContacts", "Run", "Worst", "run_world"]

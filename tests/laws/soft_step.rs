@@ -241,7 +241,7 @@ pub fn a_rolling_ball_is_stopped_by_its_rolling_friction<S: Dimension>() {
     at_most(speed(&w, ball).abs(), 1e-4, "speed at rest [m/s]");
 }
 
-/// The moment was limited by what the springs pushed with before they were relaxed: up to 2.45 times too large.
+/// The moment was limited by what the springs pushed with before they were relaxed, and too large.
 pub fn rolling_friction_stays_within_its_disc_at_any_speed_and_step<S: Dimension>() {
     let (radius, c) = (0.1, 0.005);
     for (v0, dt, substeps) in
