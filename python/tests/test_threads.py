@@ -40,23 +40,29 @@ def pace_beside(job: Callable[[], Any]) -> tuple[float, int, float]:
     return longest, turns, time.perf_counter() - begun
 
 
+def leaves_others_alone(job: Callable[[int], Any]) -> list[tuple[float, int, float]]:
+    """Paces beside the job, ever larger, until one lets this thread work; a machine may stand still at times.
+
+    A job that holds the interpreter's lock gives this thread a turn or two however long it is.
+    """
+    paces: list[tuple[float, int, float]] = []
+    for doubled in range(7):
+        longest, turns, duration = pace_beside(lambda size=2**doubled: job(size))  # type: ignore[misc]
+        paces.append((longest, turns, duration))
+        if turns > 20 and longest < duration / 2:
+            return []
+    return paces
+
+
 @pytest.mark.parametrize("face", [PLANE, SPACE], ids=["planar", "spatial"])
 def test_a_long_call_leaves_other_threads_alone(face: Any) -> None:
     w = face.pile(20)
-    begun = time.perf_counter()
-    w._advance(20, w.dt, 0)
-    steps = max(100, int(0.6 / (time.perf_counter() - begun) * 20))
-    longest, turns, duration = pace_beside(lambda: w._advance(steps, w.dt, 0))
-    assert duration > 0.1
-    assert turns > 20
-    assert longest < duration / 2
+    assert leaves_others_alone(lambda size: w._advance(50 * size, w.dt, 0)) == []
 
 
 def test_a_run_leaves_other_threads_alone() -> None:
     w = PLANE.pile(20)
-    longest, turns, duration = pace_beside(lambda: w.run(4.0))
-    assert turns > 20
-    assert longest < max(0.1, duration / 2)
+    assert leaves_others_alone(lambda size: w.run(float(size))) == []
 
 
 def test_worlds_step_side_by_side() -> None:
