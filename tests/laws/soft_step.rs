@@ -3,7 +3,7 @@
 
 use crate::harness::*;
 use carom::{
-    BodyKind, BodySpec, Column, JointSpec, LedgerGroup, OnInaccurate, Scheme, Settings, SoftSettings,
+    BodyKind, BodySpec, Column, JointSpec, LedgerGroup, Motion, OnInaccurate, Scheme, Settings, SoftSettings,
     SolverKind, Spatial, SpatialShape, Twist, World, Wrench, vec3,
 };
 
@@ -25,6 +25,9 @@ in_plane_and_space!(
     heavy_on_light_stays_finite,
     only_what_can_meet_within_the_step_has_contacts,
     what_is_pushed_from_one_part_of_a_body_meets_its_other_parts,
+    boxes_that_bounce_keep_within_their_energy,
+    what_a_force_pushes_through_its_size_in_a_step_meets_the_wall_beside_it,
+    an_obstacle_that_turns_pays_for_the_friction_that_it_drives,
 );
 
 /// Settings of the scheme.
@@ -404,4 +407,83 @@ fn a_tumbling_brick_keeps_its_angular_momentum() {
         at_most((r.energy.total() - energy).abs(), 0.02 * energy, "energy [J]");
         at_most(r.ledger.closure.abs(), 1e-12 * energy, "closure [J]");
     });
+}
+
+/// Boxes that strike with one corner after another, and with several faces at once: restitution gave up to 1.4 times their
+/// energy at e = 1, for it turned points round one after another and nothing bounded what a face gave.
+pub fn boxes_that_bounce_keep_within_their_energy<S: Dimension>() {
+    let mut dice = Dice(5);
+    for trial in 0..36 {
+        let e = [0.5, 0.9, 1.0][trial % 3];
+        let friction = [0.0, 0.5][trial / 3 % 2];
+        let mut w = world::<S>(soft(1.0 / 60.0));
+        add_floor(&mut w, friction, e);
+        add(&mut w, "wall", BodySpec::fixed(S::wall(S::at(-1.0, 0.0))).at(S::at(3.0, 0.0)).restitution(e));
+        for k in 0..3 {
+            let spec = BodySpec::heavy(S::block(0.3 + 0.3 * dice.roll(), 0.5), 1.0 + k as f64);
+            let spec =
+                spec.at(S::at(1.2 * k as f64 - 1.0, 1.0 + dice.roll())).turned(leaning::<S>(dice.roll()));
+            let spec = spec.moving(S::at(2.0 * dice.roll(), -2.0)).spinning(S::turn(8.0 * dice.roll() - 4.0));
+            add(&mut w, &format!("box {k}"), spec.friction(friction).restitution(e));
+        }
+        let begun = w.energy().total();
+        run(&mut w, 4.0, |w, _| {
+            let now = w.energy().total();
+            at_most(
+                now,
+                begun * (1.0 + 1e-3),
+                &format!("energy at {} s, trial {trial}, e = {e} [J]", w.time()),
+            );
+        });
+    }
+}
+
+/// A force that throws a ball twice its size in one step, at a wall that is nearer than that.
+pub fn what_a_force_pushes_through_its_size_in_a_step_meets_the_wall_beside_it<S: Dimension>() {
+    for scheme in [Scheme::SoftStep, Scheme::FixedStep] {
+        for field in [false, true] {
+            let dt = 0.01;
+            let mut w = world::<S>(Settings { scheme, gravity: S::Vector::ZERO, ..soft(dt) });
+            let ball = add(&mut w, "ball", BodySpec::heavy(S::ball(0.05), 1.0));
+            add(&mut w, "wall", BodySpec::fixed(S::block(0.02, 1.0)).at(S::at(0.1, 0.0)));
+            let push = Wrench { force: S::at(0.4 / (dt * dt), 0.0), torque: S::Spin::ZERO };
+            if field {
+                let push = move |time: f64, _: &Motion<S>, out: &mut [Wrench<S>]| {
+                    if time < dt {
+                        out[ball].add(&push);
+                    }
+                };
+                w.set_force_field("push", Box::new(push));
+            } else {
+                w.apply_wrench(ball, push);
+            }
+            run(&mut w, 5.0 * dt, |w, _| {
+                let along = S::along(w.bodies().motion.position[ball]);
+                at_most(along, 0.06, &format!("place by {scheme:?} [m]"));
+            });
+        }
+    }
+}
+
+/// A plate that turns under what lies on it, and takes it along: its work through friction was taken from the contacts as
+/// they are told, and not from the faces that were solved, and the books missed some per cent.
+pub fn an_obstacle_that_turns_pays_for_the_friction_that_it_drives<S: Dimension>() {
+    let mut w = world::<S>(soft(1.0 / 120.0));
+    let drum = BodySpec::kinematic(S::joined(vec![
+        (S::block(4.0, 0.2), S::at(0.0, -1.9)),
+        (S::block(0.2, 4.0), S::at(-1.9, 0.0)),
+        (S::block(0.2, 4.0), S::at(1.9, 0.0)),
+    ]));
+    add(&mut w, "drum", drum.spinning(S::turn(0.8)).friction(0.6));
+    for k in 0..4 {
+        let block = BodySpec::heavy(S::block(0.5, 0.3), 2.0).at(S::at(0.6 * k as f64 - 0.9, -1.6));
+        add(&mut w, &format!("block {k}"), block.friction(0.6));
+    }
+    let mut through = 0.0;
+    run(&mut w, 1.5, |_, r| {
+        through += r.ledger.driven.abs() + r.ledger.friction.abs() + r.ledger.contact_normal.abs();
+        at_most(r.ledger.closure.abs(), 1e-5 * (1.0 + through), "closure of a step [J]");
+    });
+    assert!(w.ledger().driven > 1.0, "{:?}", w.ledger());
+    at_most(w.ledger().closure.abs(), 1e-5 * through, "closure [J]");
 }

@@ -112,6 +112,14 @@ pub struct BodyData<S: Geometry> {
     pub collides_with: u32,
 }
 
+impl<S: Geometry> BodyData<S> {
+    /// How far a point of the surface moves per radian of turning \[m\], with what a ball's surface moves in itself: what
+    /// spin can become by friction.
+    pub fn reach_of_turning(&self) -> f64 {
+        self.turning_arm.max(0.5 * self.extent)
+    }
+}
+
 /// All bodies of a world.
 #[derive(Clone, Default)]
 pub struct Bodies<S: Geometry> {

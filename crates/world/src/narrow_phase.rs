@@ -1,10 +1,10 @@
 //! From bodies that are near to contacts with names, gaps and coefficients. Knows no velocities' future:
 //! what a contact means for the motion is the scheme's matter.
 
+use crate::ahead::Ahead;
 use crate::bodies::Bodies;
 use crate::material::{MaterialPair, Mixing};
 use crate::settings::{Scheme, Settings};
-use crate::stepping::soft_step::AGAIN;
 use carom_geometry::broad_phase::{BroadPhase, Changed};
 use carom_geometry::{Aabb, ContactPoint, Geometry};
 use carom_math::workers::Memory;
@@ -104,22 +104,21 @@ struct Place<S: Geometry> {
 
 impl<S: Geometry> NarrowPhase<S> {
     /// All contacts whose gap is at most the pair's margin, in order of (a, b, feature).
-    pub fn update(&mut self, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64, out: &mut Vec<Touch<S>>) {
-        self.update_but(bodies, settings, dt, &(), (out, &mut Vec::new()));
+    pub fn update(&mut self, ahead: &Ahead<S>, out: &mut Vec<Touch<S>>) {
+        self.update_but(ahead, &(), (out, &mut Vec::new()));
     }
 
     /// The same, but for pairs whose contacts `known` appends itself; `again` gets these pairs, by their bodies' serials.
     pub fn update_but(
         &mut self,
-        bodies: &Bodies<S>,
-        settings: &Settings<S>,
-        dt: f64,
+        ahead: &Ahead<S>,
         known: &dyn Known<S>,
         (out, again): (&mut Vec<Touch<S>>, &mut Vec<(u64, u64)>),
     ) {
+        let Ahead { bodies, settings, .. } = *ahead;
         out.clear();
         again.clear();
-        let (stands_as_before, sleeps_as_before) = self.prepare(bodies, settings, dt);
+        let (stands_as_before, sleeps_as_before) = self.prepare(ahead);
         let data = &bodies.data;
         let indices = &self.indices;
         let may_pair = |i: usize, j: usize| {
@@ -139,7 +138,7 @@ impl<S: Geometry> NarrowPhase<S> {
             let faster = |k: &&u32| self.speeds[**k as usize] != self.own[**k as usize];
             for k in self.moving.iter().filter(faster).map(|k| *k as usize) {
                 let i = indices[k];
-                self.margins[k] = reach(bodies, settings, i, dt, self.speeds[k]);
+                self.margins[k] = ahead.reach(i, self.speeds[k]);
                 let Some(collider) = &data[i].collider else { continue };
                 self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
             }
@@ -153,9 +152,9 @@ impl<S: Geometry> NarrowPhase<S> {
                 let (i, j) = (i as usize, j as usize);
                 let (a, b) = (indices[i], indices[j]);
                 let mut margin = margins[i] + margins[j];
-                if soft && margin > least_reach(bodies, settings, a) + least_reach(bodies, settings, b) {
+                if soft && margin > ahead.least_reach(a) + ahead.least_reach(b) {
                     let gap = bounds[i].apart(&bounds[j]) + margin;
-                    margin = margin.min(approach(bodies, settings, (a, b), dt));
+                    margin = margin.min(ahead.approach((a, b)));
                     if gap > margin {
                         continue;
                     }
@@ -177,7 +176,8 @@ impl<S: Geometry> NarrowPhase<S> {
 
     /// Bounds of all bodies with a shape, grown by half of each pair's margin; of those that stand or sleep only where they
     /// are others than before. True where they are not, of those that stand and of those that sleep.
-    fn prepare(&mut self, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) -> (bool, bool) {
+    fn prepare(&mut self, ahead: &Ahead<S>) -> (bool, bool) {
+        let Ahead { bodies, settings, .. } = *ahead;
         let wanted = bodies.standing().map(|number| (number, settings.contact_margin));
         let stands = wanted.is_some() && wanted == self.made_for;
         if !stands {
@@ -192,10 +192,10 @@ impl<S: Geometry> NarrowPhase<S> {
         let (moving, asleep) = (std::mem::take(&mut self.moving), std::mem::take(&mut self.asleep));
         if stands {
             let slept = if sleeps { &[] } else { asleep.as_slice() };
-            self.place_some(&moving, bodies, settings, dt);
-            self.place_some(slept, bodies, settings, dt);
+            self.place_some(&moving, ahead);
+            self.place_some(slept, ahead);
         } else {
-            (0..self.indices.len()).for_each(|k| self.place(k, bodies, settings, dt));
+            (0..self.indices.len()).for_each(|k| self.place(k, ahead));
         }
         (self.moving, self.asleep) = (moving, asleep);
         (stands, sleeps)
@@ -231,14 +231,14 @@ impl<S: Geometry> NarrowPhase<S> {
     }
 
     /// The same of some bodies.
-    fn place_some(&mut self, some: &[u32], bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) {
+    fn place_some(&mut self, some: &[u32], ahead: &Ahead<S>) {
         if self.workers.is_alone() || some.len() <= CHUNK {
-            return some.iter().for_each(|k| self.place(*k as usize, bodies, settings, dt));
+            return some.iter().for_each(|k| self.place(*k as usize, ahead));
         }
         let (workers, mut places) = (self.workers.clone(), std::mem::take(&mut self.places));
         let (indices, mut all) = (std::mem::take(&mut self.indices), some.iter());
         let find = |_, some: &[u32], places: &mut Vec<Place<S>>| {
-            let place = |k: &u32| place(indices[*k as usize], bodies, settings, dt);
+            let place = |k: &u32| place(indices[*k as usize], ahead);
             places.extend(some.iter().filter_map(place));
         };
         workers.chunks(some, CHUNK, &mut places, find, |places| {
@@ -250,8 +250,8 @@ impl<S: Geometry> NarrowPhase<S> {
     }
 
     /// Box, pose, speed and margin of a body.
-    fn place(&mut self, k: usize, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) {
-        if let Some(place) = place(self.indices[k], bodies, settings, dt) {
+    fn place(&mut self, k: usize, ahead: &Ahead<S>) {
+        if let Some(place) = place(self.indices[k], ahead) {
             self.put(k, place);
         }
     }
@@ -265,11 +265,11 @@ impl<S: Geometry> NarrowPhase<S> {
 }
 
 /// Box, pose, speed and margin of a body that has a shape.
-fn place<S: Geometry>(i: usize, bodies: &Bodies<S>, settings: &Settings<S>, dt: f64) -> Option<Place<S>> {
-    let collider = bodies.data[i].collider.as_ref()?;
-    let speed = speed(bodies, settings, i, dt);
-    let margin = reach(bodies, settings, i, dt, speed);
-    let pose = bodies.shape_pose(i);
+fn place<S: Geometry>(i: usize, ahead: &Ahead<S>) -> Option<Place<S>> {
+    let collider = ahead.bodies.data[i].collider.as_ref()?;
+    let speed = ahead.speed(i);
+    let margin = ahead.reach(i, speed);
+    let pose = ahead.bodies.shape_pose(i);
     Some(Place { bounds: S::bounds(collider, &pose, margin), pose, margin, speed })
 }
 
@@ -332,18 +332,6 @@ pub fn restitution_of<S: Geometry>(
     said.and_then(|p| p.restitution).unwrap_or(mixed)
 }
 
-/// Largest speed of a body's surface in a step before impacts \[m/s\].
-fn speed<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: f64) -> f64 {
-    let d = &bodies.data[i];
-    let linear = bodies.motion.velocity[i].norm();
-    if !d.extent.is_finite() {
-        return linear; // a wall, maybe a driven one; that it does not turn much is the user's matter
-    }
-    let fall = if bodies.is_dynamic(i) { settings.gravity.norm() * dt } else { 0.0 };
-    let arm = 0.5 * d.extent + d.mass_properties.center.norm();
-    linear + arm * bodies.motion.angular_velocity[i].norm() + fall
-}
-
 /// A body that a fast one is about to hit may be fast itself before the step is over: pairs share their speeds.
 /// True when that changed one by more than what the margins allow for anyway.
 fn share_speeds(pairs: &[(u32, u32)], movable: &[bool], speeds: &mut [f64], own: &[f64]) -> bool {
@@ -359,51 +347,6 @@ fn share_speeds(pairs: &[(u32, u32)], movable: &[bool], speeds: &mut [f64], own:
         }
     }
     changed
-}
-
-/// How far a body's surface can come in a step \[m\], at twice its speed for what impacts may make of it: its share
-/// of a pair's margin. At least 5e-4 of its size and at most half of it, so that a contact is never felt from further
-/// away than that; where contacts are used again while bodies hardly move, at least as far as they may move then.
-fn reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize, dt: f64, speed: f64) -> f64 {
-    if let Some(margin) = settings.contact_margin {
-        return 0.5 * margin;
-    }
-    let extent = bodies.data[i].extent;
-    if !bodies.is_dynamic(i) {
-        return (speed * dt).min(extent); // no impact changes its speed
-    }
-    (2.0 * speed * dt).clamp(least_reach(bodies, settings, i), extent)
-}
-
-/// The least that a body's surface is thought to come in a step \[m\]; 0 for what impulses do not move.
-fn least_reach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, i: usize) -> f64 {
-    if !bodies.is_dynamic(i) {
-        return 0.0;
-    }
-    let least = if settings.scheme == Scheme::SoftStep { AGAIN } else { 5e-4 };
-    least * bodies.data[i].extent
-}
-
-/// The margin of a pair in a soft step \[m\]: how far two surfaces can come towards each other in it, at twice their speed
-/// of approach. What flies side by side hardly meets, however fast it is; in a drum that turns, what lies on its wall.
-/// Seen from the larger body every point of the smaller one moves at |v + w x r| + |dw| arm, with the velocities v and spins w
-/// of the larger one and dw of both against each other. What a hit of this step does to others is seen by the next one.
-fn approach<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, (a, b): (usize, usize), dt: f64) -> f64 {
-    let falling = [a, b].iter().filter(|i| bodies.is_dynamic(**i)).count() as f64;
-    let fall = falling * settings.gravity.norm() * dt;
-    let least = least_reach(bodies, settings, a) + least_reach(bodies, settings, b);
-    (2.0 * dt * (closing(bodies, (a, b)) + fall)).max(least)
-}
-
-/// How fast surfaces of two bodies can come towards each other, as they move now \[m/s\]: |v + w x r| + |dw| arm of
-/// `approach`.
-pub fn closing<S: Geometry>(bodies: &Bodies<S>, (a, b): (usize, usize)) -> f64 {
-    let (data, motion) = (&bodies.data, &bodies.motion);
-    let (small, large) = if data[a].extent <= data[b].extent { (a, b) } else { (b, a) };
-    let (own, other) = (motion.twist(small), motion.twist(large));
-    let passing = (own.linear - other.at(motion.position[small] - motion.position[large])).norm();
-    let arm = 0.5 * data[small].extent + data[small].mass_properties.center.norm();
-    passing + (own.angular - other.angular).norm() * arm
 }
 
 /// A contact's name from its bodies' serials and its feature: a fixed mixing of bits (SplitMix64's).

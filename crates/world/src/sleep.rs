@@ -47,7 +47,8 @@ impl<S: Geometry> Still<S> {
         let farthest = (choice.sleep_speed * choice.sleep_time).min(AGAIN * d.extent);
         // written so that what is no number begins anew
         if (pose.position - rest.position).norm() <= farthest
-            && (pose.position - rest.position).norm() + turned::<S>(rest, &pose.rotation, d.extent)
+            && (pose.position - rest.position).norm()
+                + turned::<S>(rest, &pose.rotation, d.reach_of_turning())
                 <= farthest
         {
             return Still { since: rest.since + dt, ..*rest };
@@ -57,8 +58,8 @@ impl<S: Geometry> Still<S> {
 }
 
 /// How far the surface of a body was carried by turning since its rest began \[m\].
-fn turned<S: Geometry>(rest: &Still<S>, rotation: &S::Rotation, extent: f64) -> f64 {
-    0.5 * extent * rest.rotation.inverse().then(rotation).vector().norm()
+fn turned<S: Geometry>(rest: &Still<S>, rotation: &S::Rotation, arm: f64) -> f64 {
+    arm * rest.rotation.inverse().then(rotation).vector().norm()
 }
 
 impl Asleep {

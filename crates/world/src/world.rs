@@ -7,6 +7,7 @@ mod standing;
 mod threads;
 mod trajectory;
 
+use crate::ahead::{self, Ahead};
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
 use crate::body::{BodyKind, BodySpec};
@@ -87,6 +88,8 @@ pub struct World<S: Geometry> {
     /// Energy after the last step, while nothing was written.
     known_energy: Option<Energy>,
     narrow_phase: NarrowPhase<S>,
+    /// What loads do to the surfaces of bodies in the step ahead; memory.
+    pulls: Vec<f64>,
     touches: Vec<Touch<S>>,
     schemes: Schemes<S>,
     checkpoint: (Motion<S>, WarmStart<S>),
@@ -122,6 +125,7 @@ impl<S: Geometry> World<S> {
             written: Written::All,
             known_energy: None,
             narrow_phase: NarrowPhase::default(),
+            pulls: Vec::new(),
             touches: Vec::new(),
             schemes: Schemes::default(),
             checkpoint: Default::default(),
@@ -468,6 +472,9 @@ impl<S: Geometry> World<S> {
     }
 
     fn advance_scheme(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport, StepError> {
+        if self.settings.scheme != Scheme::Events {
+            self.find_pulls()?;
+        }
         if self.settings.scheme == Scheme::SoftStep {
             self.find_soft_touches(dt);
         }
@@ -488,7 +495,8 @@ impl<S: Geometry> World<S> {
         let mut impulses = joint::begin(bodies, &warm.joints, settings, self.time, &mut begun)?;
         let report = match settings.scheme {
             Scheme::FixedStep => {
-                self.narrow_phase.update(bodies, settings, dt, &mut self.touches);
+                let ahead = Ahead { bodies, settings, dt, pulls: &self.pulls };
+                self.narrow_phase.update(&ahead, &mut self.touches);
                 self.schemes.fixed_step.advance(bodies, &self.touches, settings, &step, outside, warm)
             }
             Scheme::Events => {
@@ -507,6 +515,18 @@ impl<S: Geometry> World<S> {
         joint::add_all(&mut impulses, self.schemes.joint_impulses());
         self.schemes.joints = JointsLast { dt, impulses };
         Ok(report)
+    }
+
+    /// What loads will do to the surfaces of bodies, from those at the step's start.
+    fn find_pulls(&mut self) -> Result<(), StepError> {
+        self.pulls.clear();
+        if self.fields.is_empty() && !self.is_applied {
+            return Ok(());
+        }
+        let mut loads = self.applied.clone();
+        add_fields(&mut self.fields, self.time, &self.bodies, &mut loads)?;
+        ahead::pulls(&self.bodies, &loads, &mut self.pulls);
+        Ok(())
     }
 
     fn observe(

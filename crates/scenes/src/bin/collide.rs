@@ -2,6 +2,7 @@
 //! of shapes, touches, and all of it as a step asks for it. Processor time, medians, each beside its share of the whole.
 //! What it does not do: step a world, or run another engine.
 
+use carom::ahead::Ahead;
 use carom::geometry::{Aabb, BroadPhase, ContactPoint, Geometry};
 use carom::narrow_phase::{NarrowPhase, touches_of};
 use carom::{BodySpec, BuildError, Pose, Settings, SpatialShape, World, World3, vec3};
@@ -89,7 +90,8 @@ impl<'a, S: Geometry> Scene<'a, S> {
 fn measure<S: Geometry>(name: &str, world: &World<S>, kind: impl Fn([&S::Shape; 2]) -> &'static str) {
     let (scene, bodies, settings) = (Scene::new(world), world.bodies(), world.settings());
     let (mut narrow, mut touches) = (NarrowPhase::default(), Vec::new());
-    let whole = milliseconds(|| narrow.update(bodies, settings, DT, &mut touches));
+    let ahead = Ahead { bodies, settings, dt: DT, pulls: &[] };
+    let whole = milliseconds(|| narrow.update(&ahead, &mut touches));
     let tell = |what: &str, items: usize, ms: f64| {
         let (each, share) = (1e6 * ms / items as f64, 100.0 * ms / whole);
         println!("{what:44}{items:9}{ms:11.3}{each:13.1}{share:8.0}%");

@@ -11,6 +11,7 @@ mod pack;
 mod patch;
 mod plan;
 mod prepare;
+mod restitution;
 mod shared;
 mod solver;
 mod sweep;

@@ -64,6 +64,8 @@ pub struct Beside<S: Wide> {
     pub restitution: Eight,
     /// Normal velocities at the step's start \[m/s\].
     pub approach: S::Points<Eight>,
+    /// Energy that restitution may give back \[J\].
+    pub returnable: Eight,
     /// True when a patch resists rolling.
     pub resists: bool,
     /// Coefficients of rolling friction \[m\].
@@ -104,6 +106,7 @@ impl<S: Wide> Pack<S> {
             bounces: false,
             restitution: zero,
             approach: S::Points::all(zero),
+            returnable: zero,
             resists: false,
             rolling: zero,
             rolling_mass: zero,

@@ -31,6 +31,8 @@ pub enum Task {
     Sweep(Sweep),
     /// Poses after a substep.
     MoveOn,
+    /// Energy that restitution may give back.
+    Compress,
     /// Restitution.
     Bounce,
     /// Works.
@@ -79,6 +81,7 @@ impl Plan {
             self.by_colour(Task::Sweep(if last { Sweep::Last } else { Sweep::Relaxing }));
         }
         if bounces {
+            self.at_once(Task::Compress);
             self.by_colour(Task::Bounce);
         }
         self.at_once(Task::Book);

@@ -7,7 +7,8 @@ use super::pack::{Beside, Pack};
 use super::patch::{Patch, PatchResult};
 use super::plan::{Plan, Task};
 use super::prepare::{approach, prepare};
-use super::sweep::{Spring, Sweep, bounce, sweep};
+use super::restitution::{bounce, compress};
+use super::sweep::{Spring, Sweep, sweep};
 use carom_math::lanes::{Eight, Job, Lanes, WIDTH, dispatch};
 use carom_math::workers::Turns;
 use carom_math::{Planar, Several, Spatial, Wide, Workers};
@@ -310,6 +311,11 @@ impl<S: Wide> Steps<'_, S> {
                 Task::Sweep(kind) => {
                     for (pack, beside) in packs {
                         sweep(lanes, pack, beside, table, &rigid, kind);
+                    }
+                }
+                Task::Compress => {
+                    for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
+                        compress(lanes, pack, beside, table);
                     }
                 }
                 Task::Bounce => {

@@ -4,6 +4,7 @@
 
 use super::World;
 use super::standing::Written;
+use crate::ahead::Ahead;
 use crate::force::Wrench;
 use crate::observe::accounts::{Mark, Motive};
 use crate::observe::ledger::Ledger;
@@ -123,9 +124,9 @@ impl<S: Geometry> World<S> {
         loop {
             let (scheme, bodies, settings) = (&mut self.schemes.soft_step, &self.bodies, &self.settings);
             let before = if self.woken.is_empty() { &self.checkpoint.1.patches } else { &self.woken };
-            let known = Again { bodies, settings, before, dt };
+            let ahead = Ahead { bodies, settings, dt, pulls: &self.pulls };
             let out = (&mut self.touches, &mut scheme.again);
-            self.narrow_phase.update_but(bodies, settings, dt, &known, out);
+            self.narrow_phase.update_but(&ahead, &Again { ahead, before }, out);
             if self.bodies.asleep().is_empty() {
                 return;
             }

@@ -6,9 +6,8 @@
 //! push may take to parts of the other body that were far.
 
 use super::memory::{PatchForce, Walk};
-use crate::bodies::Bodies;
-use crate::narrow_phase::{Findings, Known, closing, touches_of};
-use crate::settings::Settings;
+use crate::ahead::Ahead;
+use crate::narrow_phase::{Findings, Known, touches_of};
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::{Column, Rotation};
 
@@ -18,19 +17,15 @@ pub const AGAIN: f64 = 0.01;
 
 /// Knows the contacts of the step before that stand.
 pub struct Again<'a, S: Geometry> {
-    /// The bodies now.
-    pub bodies: &'a Bodies<S>,
-    /// What the world is told.
-    pub settings: &'a Settings<S>,
+    /// The step ahead.
+    pub ahead: Ahead<'a, S>,
     /// The patches of the step before.
     pub before: &'a [PatchForce],
-    /// Length of the step \[s\].
-    pub dt: f64,
 }
 
 impl<S: Geometry> Known<S> for Again<'_, S> {
     fn append(&self, (a, b): (usize, usize), out: &mut Findings<S>) -> bool {
-        let data = &self.bodies.data;
+        let data = &self.ahead.bodies.data;
         let pair = (data[a].serial, data[b].serial);
         let mut walk = Walk::from(self.before, out.place, pair);
         let known = walk.of(pair);
@@ -48,7 +43,7 @@ impl<S: Geometry> Known<S> for Again<'_, S> {
             return false;
         }
         // what was pushed since may come to other parts of the other body in this step; how far it falls was known
-        if self.dt * closing(self.bodies, (a, b)) > AGAIN * size {
+        if self.ahead.coming((a, b)) > AGAIN * size {
             return false;
         }
         let normal = column::<S::Vector>(&patch.seen.normal);
@@ -61,7 +56,7 @@ impl<S: Geometry> Known<S> for Again<'_, S> {
             out.points.push(ContactPoint { point, normal, gap, feature: 0, curvature: 0.0 });
         }
         let first = out.touches.len();
-        touches_of(self.bodies, self.settings, (a, b), &out.points, &mut out.touches);
+        touches_of(self.ahead.bodies, self.ahead.settings, (a, b), &out.points, &mut out.touches);
         for (touch, id) in out.touches[first..].iter_mut().zip(&patch.ids) {
             touch.id = *id;
         }
@@ -74,9 +69,9 @@ impl<S: Geometry> Again<'_, S> {
     /// How a body moved since its pair was looked at.
     fn motion(&self, i: usize, patch: &PatchForce, which: usize) -> Moved<S> {
         let from = column::<S::Vector>(&patch.seen.places[which]);
-        let by = self.bodies.motion.position[i] - from;
+        let by = self.ahead.bodies.motion.position[i] - from;
         let before = S::Rotation::from_slice(&patch.seen.attitudes[which][..S::Rotation::LEN]);
-        let now = self.bodies.motion.rotation[i];
+        let now = self.ahead.bodies.motion.rotation[i];
         if by == S::Vector::ZERO && before == Some(now) {
             return Moved { from, by, turn: None, swing: 0.0 };
         }
@@ -84,11 +79,10 @@ impl<S: Geometry> Again<'_, S> {
             return Moved { from, by, turn: None, swing: f64::INFINITY };
         };
         let turn = before.inverse().then(&now);
-        let d = &self.bodies.data[i];
         // a small turn is as long as its numbers are apart, of a quaternion twice as long
         let apart = now.as_slice().iter().zip(before.as_slice()).map(|(a, b)| (a - b) * (a - b));
         let angle = apart.sum::<f64>().sqrt() * if S::SPIN == 1 { 1.0 } else { 2.0 };
-        let arm = 0.5 * d.extent + d.mass_properties.center.norm();
+        let arm = self.ahead.bodies.data[i].reach_of_turning();
         let swing = if angle > 0.0 { angle * arm } else { 0.0 };
         Moved { from, by, turn: Some(turn), swing }
     }

@@ -5,6 +5,7 @@
 //! the last sweep was.
 
 mod again;
+mod given;
 mod memory;
 mod motion;
 mod patches;
@@ -32,6 +33,7 @@ use carom_math::workers::Memory;
 use carom_math::{Column, Inertia, Pose, Workers};
 use carom_solver::soft::{Patch, SoftBody, SoftChoice, SoftSolver, Told};
 use carom_solver::{Stop, Twist};
+use given::Given;
 use patches::Division;
 use problem::Rigid;
 
@@ -288,19 +290,16 @@ impl<S: Geometry> SoftStep<S> {
         if !bodies.movers().iter().any(|i| moves(*i as usize)) {
             return 0.0;
         }
-        let (problem, impulses, _) = self.rigid.get(bodies, touches, self.found());
-        let after: Vec<Twist<S>> = (0..bodies.len()).map(|i| bodies.motion.twist(i)).collect();
-        let mut ledger = Ledger::default();
-        crate::assembly::contact_work(
-            bodies,
-            problem,
-            impulses,
-            &self.start,
-            &after,
-            |_, _, _| {},
-            &mut ledger,
-        );
-        ledger.driven
+        let of_patch = |(k, members): (usize, &S::Points<u32>)| {
+            let t = &touches[members[0] as usize];
+            if !moves(t.a) && !moves(t.b) {
+                return 0.0;
+            }
+            let given = Given::of(touches, members, &self.solver.result(k));
+            let work = |i: usize| given.work(self.rigid.position[i], &self.start[i]);
+            (if moves(t.b) { work(t.b) } else { 0.0 }) - (if moves(t.a) { work(t.a) } else { 0.0 })
+        };
+        self.members.iter().enumerate().take(self.patches.len()).map(of_patch).sum()
     }
 
     /// The step's rigid contact problem, the impulses that the springs gave over it, and the touch of each contact.

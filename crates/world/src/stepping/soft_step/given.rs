@@ -1,0 +1,52 @@
+//! What a patch gave in a step, as one wrench about the mean of its points: as it was solved, not shared out among them.
+
+use super::patches::{count, rolling_axis};
+use crate::narrow_phase::Touch;
+use carom_geometry::Geometry;
+use carom_math::Column;
+use carom_solver::Twist;
+use carom_solver::soft::PatchResult;
+
+/// Impulses of a patch on body a; b gets the opposite.
+pub(super) struct Given<S: Geometry> {
+    /// Mean of the points \[m\].
+    centre: S::Vector,
+    /// Impulse \[N s\].
+    impulse: S::Vector,
+    /// Its moment about the centre, with that of friction about the normal and of rolling friction \[N m s\].
+    moment: S::Spin,
+}
+
+impl<S: Geometry> Given<S> {
+    /// From the patch's touches, and its impulses along their common normal and across it.
+    pub fn of(touches: &[Touch<S>], members: &S::Points<u32>, result: &PatchResult<S>) -> Self {
+        let n = count::<S>(members);
+        let touch = |i: usize| &touches[members[i] as usize];
+        let normal = touch(0).normal;
+        let mut centre = S::Vector::ZERO;
+        for i in 0..n {
+            centre += touch(i).point * (1.0 / n as f64);
+        }
+        let (mut impulse, mut moment) = (S::Vector::ZERO, S::Spin::ZERO);
+        for i in 0..n {
+            let pressed = normal * f64::from(result.normal[i]);
+            let arm = touch(i).point - centre;
+            impulse += pressed;
+            moment += S::moment(arm, pressed);
+        }
+        for k in 0..S::SLIP {
+            impulse += S::tangent(normal, k) * f64::from(result.rubbing[k]);
+            moment += rolling_axis::<S>(normal, k) * f64::from(result.rolling[k]);
+        }
+        if S::SPIN > S::SLIP {
+            let about = f64::from(result.rubbing[S::SLIP]);
+            moment += S::Spin::from_fn(|c| normal[c] * about);
+        }
+        Given { centre, impulse, moment }
+    }
+
+    /// Its work along a motion of a body whose centre of mass is at a place \[J\].
+    pub fn work(&self, place: S::Vector, twist: &Twist<S>) -> f64 {
+        self.impulse.dot(twist.at(self.centre - place)) + self.moment.dot(twist.angular)
+    }
+}
