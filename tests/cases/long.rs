@@ -8,7 +8,7 @@ use crate::harness::scenes::tower_of_planks;
 use crate::harness::*;
 use crate::statics::{by_events, farthest};
 use crate::systems::momenta_stay;
-use carom::{BodySpec, Column, Planar, PlasticArrivals, Settings, Spatial, World, World3, vec3};
+use carom::{BodySpec, Column, Planar, Settings, Spatial, World, World3, vec3};
 use carom_scenes::{simbenchmark, stacking};
 
 /// Tells on the console when a run has passed another tenth of its time.
@@ -272,17 +272,13 @@ fn simbenchmark_keeps_the_energy_of_216_elastic_balls() {
     }
 }
 
-/// SimBenchmark's soft cube of 216 balls at every step length; at the longest with plastic arrivals within the step. Twin:
+/// SimBenchmark's soft cube of 216 balls at every step length. Twin:
 /// `a_cube_of_elastic_balls_keeps_its_energy_and_never_overlaps`.
 #[test]
 #[ignore = "long: SimBenchmark's 666"]
 fn simbenchmark_lets_216_balls_come_to_rest_without_overlap() {
     for dt in [1e-3, 1e-2, 0.1] {
-        let mut settings = events(dt);
-        if dt > 0.05 {
-            settings.events.plastic_arrivals = PlasticArrivals::WithinTheStep;
-        }
-        let w = simbenchmark::cube(6, 0.101, 0.0, settings).expect("the scene");
+        let w = simbenchmark::cube(6, 0.101, 0.0, events(dt)).expect("the scene");
         let found = sampled("666", w, 10.0, 1, |_| 0.0);
         at_most(found.overlap, 1e-20, &format!("666, h = {dt}: overlap [m^2]"));
         at_most(found.projection, 1e-6, &format!("666, h = {dt}: projection [1]"));

@@ -38,17 +38,18 @@ pub enum Stick {
 }
 
 impl<S: Geometry> Together<'_, S> {
-    /// Moves the set by a time \[s\] with these contacts acting.
+    /// Moves the set by a time \[s\] with these contacts acting; false where that is too long for places to come out.
     pub fn flow(
         &mut self,
         time: f64,
         active: &Active<S>,
         stick: Stick,
         tools: &mut Tools<S>,
-    ) -> Result<(), Halt> {
+    ) -> Result<bool, Halt> {
         let mut rounds = self.begin_rounds(time, active.clone(), stick);
         self.take_rounds(&mut rounds, tools)?;
-        self.end_rounds(rounds).map(|_| ())
+        let is_loose = rounds.is_loose;
+        self.end_rounds(rounds).map(|_| !is_loose)
     }
 
     /// Moves the set as the flow of a larger one, without joints, has moved it: by the same impulses at the same places,

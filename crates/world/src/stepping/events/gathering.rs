@@ -139,7 +139,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         } else if moment > island.begin {
             at.forces.clone_from(&island.forces);
             let active = &island.active;
-            at.flow(moment - island.begin, active, island.stick, &mut self.tools)
+            at.flow(moment - island.begin, active, island.stick, &mut self.tools).map(|_| ())
         } else {
             Ok(())
         };

@@ -30,6 +30,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         let mut id = id;
         let mut islands = self.islands_of(pair, Vec::new())?;
         let (mut moment, mut ready) = (due, Vec::new());
+        let mut late = due; // the earliest moment seen at which the pair had met
         for round in 0..CORRECTIONS {
             ready.clear();
             if islands.iter().all(|&k| self.flies(k)) {
@@ -41,13 +42,19 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             let states = self.states(&ready);
             let found = self.of_pair(pair, id, moment, &states);
             let next = match found {
-                Some(c) if c.gap.abs() > self.common.limits.arrived => moment - c.gap / c.speed,
+                Some(c) if c.gap.abs() > self.common.limits.arrived => {
+                    late = if c.gap < 0.0 { moment } else { late };
+                    moment - c.gap / c.speed
+                }
+                // a straight line led back to where it is still far
+                None if moment < late => 0.5 * (moment + late),
                 // a contact that slowly turned round comes back later than a straight line says
                 None if round == 0 || moment != due => due,
                 _ => match self.earliest_overlap(&ready, moment, &states) {
                     Some(c) => {
                         (pair, id) = (c.pair, c.id);
                         islands = self.islands_of(pair, islands)?;
+                        late = moment;
                         moment - c.gap / c.speed
                     }
                     None => moment,

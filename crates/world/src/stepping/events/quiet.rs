@@ -87,7 +87,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         active.expect(coming, dt);
         at.forget();
         let (before, start) = (at.memory.clone(), at.save());
-        if longest_flow(&at) < dt {
+        if longest_flow(&at, &active) < dt {
             return self.lay_out_each(&at, &active, 0.0, 0, 0);
         }
         let mut complete = at_once;
@@ -104,8 +104,8 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             complete = capped == 0;
             self.events.capped += capped;
         } else {
-            at.flow(dt, &active, stick, &mut self.tools)?;
-            if at.turns_slips(&start, &active) {
+            let comes_out = at.flow(dt, &active, stick, &mut self.tools)?;
+            if !comes_out || at.turns_slips(&start, &active) {
                 at.restore(&start);
                 return self.lay_out_each(&at, &active, 0.0, 0, 0);
             }

@@ -21,6 +21,8 @@ const MOST: usize = 100;
 const MOST_ON_CORNERS: usize = 12;
 /// Rounds after which a change as small as solves leave it will do.
 const LONG: usize = 12;
+/// Change of a normal that the rounds of balls may leave when there were enough; a flow that leaves more is too long \[1\].
+const LOOSE: f64 = 1e-9;
 /// Change of a unit normal below which the round is the last \[1\].
 const SAME_NORMAL: f64 = 3e-15;
 /// Change of a contact's arms below which the round is the last, over the body's size \[1\].
@@ -59,6 +61,8 @@ pub struct Rounds<S: Geometry> {
     pub clusters: Clusters,
     /// True before the first round.
     first: bool,
+    /// True where balls squeeze past each other in so long a flow that their places did not come out.
+    pub is_loose: bool,
 }
 
 impl<S: Geometry> Together<'_, S> {
@@ -91,6 +95,7 @@ impl<S: Geometry> Together<'_, S> {
             jointed,
             clusters: Clusters::new(self.bodies.len(), jointed),
             first: true,
+            is_loose: false,
         };
         self.take_in(&mut rounds, active);
         if known.contacts.len() == rounds.active.touches.len() {
@@ -187,7 +192,10 @@ impl<S: Geometry> Together<'_, S> {
             (false, true) => MOST_ON_CORNERS,
             (false, false) => MOST,
         };
-        rounds.clusters.all.iter_mut().for_each(|c| c.settled |= c.taken >= most(c));
+        for cluster in rounds.clusters.all.iter_mut().filter(|c| !c.settled && c.taken >= most(c)) {
+            cluster.settled = true;
+            rounds.is_loose |= !jointed && !cluster.angular && cluster.change * SAME_NORMAL > LOOSE;
+        }
         let settled = rounds.clusters.are_settled();
         if settled && !rounds.first {
             return Ok(true);
