@@ -6,6 +6,8 @@ use carom::{
     BodyKind, BodySpec, Column, JointSpec, LedgerGroup, Motion, OnInaccurate, Scheme, Settings, SoftSettings,
     SolverKind, Spatial, SpatialShape, Twist, World, Wrench, vec3,
 };
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 in_plane_and_space!(
     a_stack_rests_and_its_books_close,
@@ -27,6 +29,7 @@ in_plane_and_space!(
     what_is_pushed_from_one_part_of_a_body_meets_its_other_parts,
     boxes_that_bounce_keep_within_their_energy,
     what_a_force_pushes_through_its_size_in_a_step_meets_the_wall_beside_it,
+    a_force_field_is_asked_once_in_a_step_that_overlooks_nothing,
     an_obstacle_that_turns_pays_for_the_friction_that_it_drives,
 );
 
@@ -463,6 +466,30 @@ pub fn what_a_force_pushes_through_its_size_in_a_step_meets_the_wall_beside_it<S
             });
         }
     }
+}
+
+/// To know before a step what a field would do in it, it was asked twice a step: a field may be slow, or count its steps.
+/// Only a fixed step that pushed a body further than contacts had been looked for asks again.
+pub fn a_force_field_is_asked_once_in_a_step_that_overlooks_nothing<S: Dimension>() {
+    let asked = |scheme: Scheme, push: f64| {
+        let dt = 0.01;
+        let mut w = stack::<S>(Settings { scheme, ..soft(dt) }, &[1.0, 1.0]);
+        let top = w.bodies().len() - 1;
+        let count = Arc::new(AtomicUsize::new(0));
+        let counted = Arc::clone(&count);
+        let field = move |_: f64, _: &Motion<S>, out: &mut [Wrench<S>]| {
+            counted.fetch_add(1, Ordering::Relaxed);
+            out[top].add(&Wrench { force: S::at(push / (dt * dt), 0.0), torque: S::Spin::ZERO });
+        };
+        w.set_force_field("push", Box::new(field));
+        run(&mut w, 5.0 * dt, |_, _| ());
+        count.load(Ordering::Relaxed)
+    };
+    for scheme in [Scheme::SoftStep, Scheme::FixedStep] {
+        assert_eq!(asked(scheme, 0.01), 5, "{scheme:?}");
+    }
+    assert_eq!(asked(Scheme::SoftStep, 1.0), 5);
+    assert!(asked(Scheme::FixedStep, 1.0) > 5);
 }
 
 /// A plate that turns under what lies on it, and takes it along: its work through friction was taken from the contacts as

@@ -28,18 +28,15 @@ impl<S: Geometry> Clone for Ahead<'_, S> {
 
 impl<S: Geometry> Copy for Ahead<'_, S> {}
 
-/// What loads do to the surfaces of bodies \[m/s^2\]: |f|/m + |I^-1 t| arm.
-pub fn pulls<S: Geometry>(bodies: &Bodies<S>, loads: &[Wrench<S>], out: &mut Vec<f64>) {
-    out.clear();
-    out.extend(loads.iter().enumerate().map(|(i, load)| {
-        if !bodies.is_dynamic(i) || *load == Wrench::default() {
-            return 0.0;
-        }
-        let inverse = bodies.inverse_mass(i);
-        let turning = inverse.angular.apply(load.torque).norm();
-        let arm = if turning > 0.0 { bodies.data[i].reach_of_turning() } else { 0.0 };
-        load.force.norm() * inverse.linear + turning * arm
-    }));
+/// What a load does to the surface of a body \[m/s^2\]: |f|/m + |I^-1 t| arm.
+pub fn pull<S: Geometry>(bodies: &Bodies<S>, i: usize, load: &Wrench<S>) -> f64 {
+    if !bodies.is_dynamic(i) || *load == Wrench::default() {
+        return 0.0;
+    }
+    let inverse = bodies.inverse_mass(i);
+    let turning = inverse.angular.apply(load.torque).norm();
+    let arm = if turning > 0.0 { bodies.data[i].reach_of_turning() } else { 0.0 };
+    load.force.norm() * inverse.linear + turning * arm
 }
 
 impl<S: Geometry> Ahead<'_, S> {

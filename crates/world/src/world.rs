@@ -2,12 +2,13 @@
 
 mod checks;
 mod last;
+mod pushes;
 mod sleeping;
 mod standing;
 mod threads;
 mod trajectory;
 
-use crate::ahead::{self, Ahead};
+use crate::ahead::Ahead;
 use crate::assembly;
 use crate::bodies::{Bodies, Motion};
 use crate::body::{BodyKind, BodySpec};
@@ -88,8 +89,8 @@ pub struct World<S: Geometry> {
     /// Energy after the last step, while nothing was written.
     known_energy: Option<Energy>,
     narrow_phase: NarrowPhase<S>,
-    /// What loads do to the surfaces of bodies in the step ahead; memory.
-    pulls: Vec<f64>,
+    /// What is known of loads in the step ahead; memory.
+    pushes: pushes::Pushes,
     touches: Vec<Touch<S>>,
     schemes: Schemes<S>,
     checkpoint: (Motion<S>, WarmStart<S>),
@@ -125,7 +126,7 @@ impl<S: Geometry> World<S> {
             written: Written::All,
             known_energy: None,
             narrow_phase: NarrowPhase::default(),
-            pulls: Vec::new(),
+            pushes: pushes::Pushes::default(),
             touches: Vec::new(),
             schemes: Schemes::default(),
             checkpoint: Default::default(),
@@ -370,9 +371,7 @@ impl<S: Geometry> World<S> {
         self.failure = None;
         if let Err(error) = &mut taken {
             self.explain_failure(error);
-            self.bodies.motion.copy_from(&self.checkpoint.0);
-            self.warm.clone_from(&self.checkpoint.1);
-            self.find_sleepers();
+            self.step_back();
             self.swap_scheme();
         }
         taken
@@ -471,31 +470,37 @@ impl<S: Geometry> World<S> {
         Ok(self.observe(before, &of_groups, scheme, dt))
     }
 
+    /// Takes the scheme's step; once more where force fields, which are asked within it, push a body further than contacts
+    /// were looked for.
     fn advance_scheme(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport, StepError> {
-        if self.settings.scheme != Scheme::Events {
-            self.find_pulls()?;
+        self.expect_applied(dt);
+        let report = self.advance_once(dt, watch)?;
+        if !self.was_pushed_further(dt) {
+            return Ok(report);
         }
+        self.step_back();
+        self.advance_once(dt, watch)
+    }
+
+    fn advance_once(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport, StepError> {
+        let step = Step { time: self.time, dt, gravity: self.settings.gravity };
+        self.schemes.ran = self.settings.scheme;
+        self.schemes.begin_accounts(self.bodies.len(), !self.groups.is_empty());
+        let mut begun = Ledger::default();
         if self.settings.scheme == Scheme::SoftStep {
+            self.begin_soft_step(&step, &mut begun)?;
             self.find_soft_touches(dt);
         }
-        let step = Step { time: self.time, dt, gravity: self.settings.gravity };
-        let quiet = self.fields.is_empty() && !self.is_applied;
+        let quiet = self.is_quiet();
         let (fields, applied) = (&mut self.fields, &self.applied);
-        let mut loads = |time: f64, bodies: &Bodies<S>, out: &mut Vec<Wrench<S>>| {
-            out.clear();
-            out.extend_from_slice(applied);
-            add_fields(fields, time, bodies, out)
-        };
+        let mut loads = loads_of(fields, applied);
         let (tape, workers) = (self.tape.as_mut(), &self.narrow_phase.workers.clone());
         let outside = Outside { quiet, loads: &mut loads, watch, tape, workers };
         let (bodies, settings, warm) = (&mut self.bodies, &self.settings, &mut self.warm);
-        self.schemes.ran = settings.scheme;
-        self.schemes.begin_accounts(bodies.len(), !self.groups.is_empty());
-        let mut begun = Ledger::default();
         let mut impulses = joint::begin(bodies, &warm.joints, settings, self.time, &mut begun)?;
         let report = match settings.scheme {
             Scheme::FixedStep => {
-                let ahead = Ahead { bodies, settings, dt, pulls: &self.pulls };
+                let ahead = Ahead { bodies, settings, dt, pulls: &self.pushes.pulls };
                 self.narrow_phase.update(&ahead, &mut self.touches);
                 self.schemes.fixed_step.advance(bodies, &self.touches, settings, &step, outside, warm)
             }
@@ -517,16 +522,16 @@ impl<S: Geometry> World<S> {
         Ok(report)
     }
 
-    /// What loads will do to the surfaces of bodies, from those at the step's start.
-    fn find_pulls(&mut self) -> Result<(), StepError> {
-        self.pulls.clear();
-        if self.fields.is_empty() && !self.is_applied {
-            return Ok(());
-        }
-        let mut loads = self.applied.clone();
-        add_fields(&mut self.fields, self.time, &self.bodies, &mut loads)?;
-        ahead::pulls(&self.bodies, &loads, &mut self.pulls);
-        Ok(())
+    /// No loads act but gravity.
+    fn is_quiet(&self) -> bool {
+        self.fields.is_empty() && !self.is_applied
+    }
+
+    /// Bodies and warm start as before the step.
+    fn step_back(&mut self) {
+        self.bodies.motion.copy_from(&self.checkpoint.0);
+        self.warm.clone_from(&self.checkpoint.1);
+        self.find_sleepers();
     }
 
     fn observe(
@@ -589,6 +594,18 @@ impl<S: Geometry> World<S> {
             // what stands may have been among them
             self.may_write(Written::Motion);
         }
+    }
+}
+
+/// Gives the applied wrenches with those of all force fields.
+fn loads_of<'a, S: Geometry>(
+    fields: &'a mut [(String, Box<dyn ForceField<S>>)],
+    applied: &'a [Wrench<S>],
+) -> impl FnMut(f64, &Bodies<S>, &mut Vec<Wrench<S>>) -> Result<(), StepError> + 'a {
+    move |time, bodies, out| {
+        out.clear();
+        out.extend_from_slice(applied);
+        add_fields(fields, time, bodies, out)
     }
 }
 

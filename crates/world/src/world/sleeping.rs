@@ -124,7 +124,7 @@ impl<S: Geometry> World<S> {
         loop {
             let (scheme, bodies, settings) = (&mut self.schemes.soft_step, &self.bodies, &self.settings);
             let before = if self.woken.is_empty() { &self.checkpoint.1.patches } else { &self.woken };
-            let ahead = Ahead { bodies, settings, dt, pulls: &self.pulls };
+            let ahead = Ahead { bodies, settings, dt, pulls: &self.pushes.pulls };
             let out = (&mut self.touches, &mut scheme.again);
             self.narrow_phase.update_but(&ahead, &Again { ahead, before }, out);
             if self.bodies.asleep().is_empty() {

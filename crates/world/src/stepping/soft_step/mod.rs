@@ -18,7 +18,7 @@ use crate::bodies::Bodies;
 use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::Impacts;
-use crate::integrate::Step;
+use crate::integrate::{Loads, Step};
 use crate::joint::JointImpulse;
 use crate::narrow_phase::Touch;
 use crate::observe::accounts::{Accounts, Cause};
@@ -113,7 +113,7 @@ impl<S: Geometry> Default for SoftStep<S> {
 }
 
 impl<S: Geometry> SoftStep<S> {
-    /// Advances all bodies by one step, with the touches found and the patches of the step before.
+    /// Advances all bodies by one step that has begun, with the touches found and the patches of the step before.
     ///
     /// # Errors
     /// [`StepError`] for what the scheme has no law for, for loads that fail, and for a step that is less accurate than
@@ -131,8 +131,6 @@ impl<S: Geometry> SoftStep<S> {
         let workers = outside.workers;
         let mut report = SchemeReport::default();
         self.make_room(bodies);
-        damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
-        self.load(bodies, step, outside)?;
         self.turn_freely(bodies, settings, step, &mut report.ledger);
         let choice = choice(settings, step);
         self.rigid.begin(bodies, step);
@@ -172,7 +170,6 @@ impl<S: Geometry> SoftStep<S> {
         self.rigid.position.clone_from(&bodies.motion.position);
         self.rigid.rotation.clone_from(&bodies.motion.rotation);
         self.let_sleep(bodies);
-        self.quiet = false;
     }
 
     /// What the columns hold of bodies that sleep.
@@ -184,13 +181,24 @@ impl<S: Geometry> SoftStep<S> {
         self.rigid.let_sleep(bodies);
     }
 
-    /// The loads in the middle of the step.
-    fn load(&mut self, bodies: &Bodies<S>, step: &Step<S>, outside: Outside<S>) -> Result<(), StepError> {
-        if !outside.quiet {
+    /// What comes before contacts are looked for: half of the damping, and the loads in the middle of the step.
+    ///
+    /// # Errors
+    /// A load that fails; the caller restores the bodies then.
+    pub fn begin(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        step: &Step<S>,
+        quiet: bool,
+        loads: &mut Loads<S>,
+        ledger: &mut Ledger,
+    ) -> Result<(), StepError> {
+        damp(bodies, 0.5 * step.dt, ledger, &mut self.accounts);
+        if !quiet {
             self.quiet = false;
-            return (outside.loads)(step.time + 0.5 * step.dt, bodies, &mut self.loads);
+            return loads(step.time + 0.5 * step.dt, bodies, &mut self.loads);
         }
-        if !self.quiet {
+        if !self.quiet || self.loads.len() != bodies.len() {
             self.loads.clear();
             self.loads.resize(bodies.len(), Wrench::default());
             self.quiet = true;
