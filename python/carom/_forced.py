@@ -27,8 +27,8 @@ class Forced:
             velocities (n, d) [m/s]; returns forces (n, d) [N] at the centres of mass, or a dictionary with
             "force" and "torque" ((n,) | (n, 3) [N m]). Rows of static and kinematic bodies are ignored. An
             exception that it raises comes out of `step`, and the step is not taken. It should depend on its
-            arguments alone: an integrator may ask several times in a step, and a step in which it pushes a body far is
-            taken once more.
+            arguments alone: an integrator may ask several times in a step, and a step in which it pushes a
+            body far is taken once more.
 
         Raises
         ------
