@@ -469,12 +469,13 @@ pub fn what_a_force_pushes_through_its_size_in_a_step_meets_the_wall_beside_it<S
 }
 
 /// To know before a step what a field would do in it, it was asked twice a step: a field may be slow, or count its steps.
-/// Only a fixed step that pushed a body further than contacts had been looked for asks again.
+/// Only a fixed step that pushed a body to contacts that had not been looked for asks again.
 pub fn a_force_field_is_asked_once_in_a_step_that_overlooks_nothing<S: Dimension>() {
-    let asked = |scheme: Scheme, push: f64| {
+    let asked = |scheme: Scheme, push: f64, gap: f64| {
         let dt = 0.01;
         let mut w = stack::<S>(Settings { scheme, ..soft(dt) }, &[1.0, 1.0]);
         let top = w.bodies().len() - 1;
+        w.motion_mut().position[top] = w.bodies().motion.position[top] + S::at(0.0, gap);
         let count = Arc::new(AtomicUsize::new(0));
         let counted = Arc::clone(&count);
         let field = move |_: f64, _: &Motion<S>, out: &mut [Wrench<S>]| {
@@ -486,10 +487,11 @@ pub fn a_force_field_is_asked_once_in_a_step_that_overlooks_nothing<S: Dimension
         count.load(Ordering::Relaxed)
     };
     for scheme in [Scheme::SoftStep, Scheme::FixedStep] {
-        assert_eq!(asked(scheme, 0.01), 5, "{scheme:?}");
+        assert_eq!(asked(scheme, 0.01, 0.0), 5, "{scheme:?}");
+        assert_eq!(asked(scheme, 1.0, 50.0), 5, "{scheme:?}, nothing near");
     }
-    assert_eq!(asked(Scheme::SoftStep, 1.0), 5);
-    assert!(asked(Scheme::FixedStep, 1.0) > 5);
+    assert_eq!(asked(Scheme::SoftStep, 1.0, 0.0), 5);
+    assert!(asked(Scheme::FixedStep, 1.0, 0.0) > 5);
 }
 
 /// A plate that turns under what lies on it, and takes it along: its work through friction was taken from the contacts as

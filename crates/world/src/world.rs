@@ -470,12 +470,12 @@ impl<S: Geometry> World<S> {
         Ok(self.observe(before, &of_groups, scheme, dt))
     }
 
-    /// Takes the scheme's step; once more where force fields, which are asked within it, push a body further than contacts
-    /// were looked for.
+    /// Takes the scheme's step; once more where force fields, which are asked within it, push a body to contacts that
+    /// were not looked for.
     fn advance_scheme(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport, StepError> {
         self.expect_applied(dt);
         let report = self.advance_once(dt, watch)?;
-        if !self.was_pushed_further(dt) {
+        if !self.was_pushed_further(dt) || !self.overlooked_some(dt) {
             return Ok(report);
         }
         self.step_back();

@@ -1,12 +1,13 @@
 //! What loads do within the step ahead, for how far contacts are looked for. Applied loads are known before it. A force
 //! field is asked once in a step, with the motion that the scheme has then: by a soft step before it looks for contacts,
 //! by a fixed step after its impacts, when they are found. A fixed step in which a field pushes a body so far that
-//! something may have been overlooked is taken once more, with what the fields gave.
+//! contacts were overlooked is taken once more, with reaches for what the fields gave.
 
 use super::{World, loads_of};
 use crate::ahead::{Ahead, pull};
 use crate::error::StepError;
 use crate::integrate::Step;
+use crate::narrow_phase::Touch;
 use crate::observe::ledger::Ledger;
 use crate::settings::Scheme;
 use carom_geometry::Geometry;
@@ -59,6 +60,17 @@ impl<S: Geometry> World<S> {
         pulls.clear();
         pulls.extend(loads.iter().enumerate().map(|(i, load)| pull(bodies, i, load)));
         true
+    }
+
+    /// Where the step began there were contacts within reach of what is known by now that were not looked for.
+    pub(super) fn overlooked_some(&mut self, dt: f64) -> bool {
+        let mut within = Vec::new();
+        std::mem::swap(&mut self.bodies.motion, &mut self.checkpoint.0);
+        let ahead = Ahead { bodies: &self.bodies, settings: &self.settings, dt, pulls: &self.pushes.pulls };
+        self.narrow_phase.update(&ahead, &mut within);
+        std::mem::swap(&mut self.bodies.motion, &mut self.checkpoint.0);
+        let ids = |touches: &[Touch<S>]| touches.iter().map(|t| (t.a, t.b, t.id)).collect::<Vec<_>>();
+        ids(&within) != ids(&self.touches)
     }
 
     /// Damping and loads of a soft step; what loads do is known then.
