@@ -10,6 +10,7 @@ in_plane_and_space!(
     a_snapshot_keeps_forces_that_wait_for_the_next_step,
     a_snapshot_names_the_force_fields_that_it_cannot_hold,
     a_damaged_snapshot_is_refused,
+    preparing_a_world_changes_nothing_but_the_first_steps_time,
     what_is_written_to_bodies_that_stand_is_seen,
 );
 
@@ -89,6 +90,27 @@ pub fn a_damaged_snapshot_is_refused<S: Dimension>() {
 fn a_snapshot_of_the_other_space_is_refused() {
     let text = heap::<Planar>(Settings::default()).snapshot();
     assert!(World::<Spatial>::from_snapshot(&text).is_err());
+}
+
+/// A world that was prepared goes the way of one that was not, bit for bit, whenever that was done, and what is written to bodies
+/// that stand afterwards is seen.
+pub fn preparing_a_world_changes_nothing_but_the_first_steps_time<S: Dimension>() {
+    for scheme in [Scheme::FixedStep, Scheme::Events, Scheme::SoftStep] {
+        let make = || heap::<S>(Settings { scheme, ..Settings::default() });
+        let (mut w, mut prepared) = (make(), make());
+        for k in 0..4 {
+            prepared.prepare(1e-3).expect("nothing to refuse");
+            for w in [&mut w, &mut prepared] {
+                settle(w, 0.05);
+                let shelf = BodySpec::fixed(S::block(0.8, 0.2)).friction(0.1);
+                let shelf = add(w, &format!("shelf {k}"), shelf.at(S::at(0.4, -1.25)));
+                w.motion_mut().position[shelf] = S::at(0.1 * f64::from(k), 0.25);
+            }
+            assert_eq!(bits(&w), bits(&prepared), "{scheme:?}, round {k}");
+        }
+        prepared.motion_mut().position[0] = S::at(f64::NAN, 0.0);
+        assert!(prepared.prepare(1e-3).is_err(), "what a step refuses is refused here");
+    }
 }
 
 /// Steps keep what they know of bodies that stand while nobody writes to them. A world that was written to goes on like its

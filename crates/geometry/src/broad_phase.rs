@@ -122,6 +122,11 @@ impl<S: Space> BroadPhase<S> {
         &self.found.pairs
     }
 
+    /// The pairs of the last update.
+    pub fn pairs(&self) -> &[(u32, u32)] {
+        &self.found.pairs
+    }
+
     fn search(
         &mut self,
         bounds: &[Aabb<S>],

@@ -25,6 +25,11 @@ pub trait Rotation<Vector, Spin>:
     fn then(&self, next: &Self) -> Self;
     /// The inverse rotation.
     fn inverse(&self) -> Self;
+    /// The rotation that leads here from one given by its numbers, which are taken for those of a rotation; `None` for a
+    /// wrong count. Unit length is not restored.
+    fn since(&self, before: &[f64]) -> Option<Self>;
+    /// The same rotation as seen from a frame that was turned by another, R_f^T R. Unit length is not restored.
+    fn within(&self, frame: &Self) -> Self;
     /// The rotation by angle |s| about the axis s (the exponential map), exact to rounding.
     fn about(s: Spin) -> Self;
     /// The rotation by 2 atan(|s|/2) about s: Cayley's rational form of the exponential map.
@@ -94,8 +99,19 @@ impl Rotation<Vec2, Vec1> for Turn {
         let product = Turn([a * c - b * s, b * c + a * s]);
         product.renormalized().unwrap_or(product)
     }
+    #[inline]
     fn inverse(&self) -> Self {
         Turn([self.0[0], -self.0[1]])
+    }
+    #[inline]
+    fn since(&self, before: &[f64]) -> Option<Self> {
+        let ([c, s], &[a, b]) = (self.0, before) else { return None };
+        Some(Turn([a * c + b * s, a * s - b * c]))
+    }
+    #[inline]
+    fn within(&self, frame: &Self) -> Self {
+        let ([c, s], [a, b]) = (self.0, frame.0);
+        Turn([a * c + b * s, a * s - b * c])
     }
     fn about(s: Vec1) -> Self {
         Turn::from_angle(s.0[0])
@@ -170,6 +186,7 @@ impl Quaternion {
         Quaternion(q).renormalized().unwrap_or(Self::IDENTITY)
     }
     /// Hamilton product self * other, without renormalisation.
+    #[inline]
     pub fn product(&self, o: &Self) -> Self {
         let ([w, x, y, z], [a, b, c, d]) = (self.0, o.0);
         Quaternion([
@@ -209,9 +226,19 @@ impl Rotation<Vec3, Vec3> for Quaternion {
         let q = next.product(self);
         q.renormalized().unwrap_or(q)
     }
+    #[inline]
     fn inverse(&self) -> Self {
         let [w, x, y, z] = self.0;
         Quaternion([w, -x, -y, -z])
+    }
+    #[inline]
+    fn since(&self, before: &[f64]) -> Option<Self> {
+        let &[w, x, y, z] = before else { return None };
+        Some(self.product(&Quaternion([w, -x, -y, -z])))
+    }
+    #[inline]
+    fn within(&self, frame: &Self) -> Self {
+        frame.inverse().product(self)
     }
     fn about(s: Vec3) -> Self {
         let [x, y, z] = s.0;

@@ -75,20 +75,24 @@ pub type Vec2 = Tuple<2>;
 pub type Vec3 = Tuple<3>;
 
 /// Builds a one-number column.
+#[inline]
 pub const fn vec1(x: f64) -> Vec1 {
     Tuple([x])
 }
 /// Builds a two-number column.
+#[inline]
 pub const fn vec2(x: f64, y: f64) -> Vec2 {
     Tuple([x, y])
 }
 /// Builds a three-number column.
+#[inline]
 pub const fn vec3(x: f64, y: f64, z: f64) -> Vec3 {
     Tuple([x, y, z])
 }
 
 impl Vec3 {
     /// Vector product.
+    #[inline]
     pub fn cross(self, o: Vec3) -> Vec3 {
         let ([a, b, c], [x, y, z]) = (self.0, o.0);
         vec3(b * z - c * y, c * x - a * z, a * y - b * x)
@@ -96,10 +100,12 @@ impl Vec3 {
 }
 impl Vec2 {
     /// Scalar vector product a_x b_y - a_y b_x.
+    #[inline]
     pub fn cross(self, o: Vec2) -> f64 {
         self.0[0] * o.0[1] - self.0[1] * o.0[0]
     }
     /// The vector turned by a quarter turn to the left, (-y, x).
+    #[inline]
     pub fn perp(self) -> Vec2 {
         vec2(-self.0[1], self.0[0])
     }

@@ -96,7 +96,8 @@ pub trait Wide: Copy + Send + Sync + 'static {
     /// No change of attitude.
     fn no_turn() -> Self::Turns<f32>;
     /// The change of attitude after an angle vector w h more; `turn` is renormalised.
-    fn turned_by(turn: &Self::Turns<f32>, angle: &Self::Spins<f32>) -> Self::Turns<f32>;
+    fn turned_by<L: Lanes>(turn: &Self::Turns<Real<L>>, angle: &Self::Spins<Real<L>>)
+    -> Self::Turns<Real<L>>;
 }
 
 /// Scalar product.
@@ -120,12 +121,17 @@ pub fn inner<R: Number, V: Several<R>>(a: &V, b: &V) -> R {
 }
 
 /// cos(x / 2) and sin(x / 2) / x by their series, from x^2: to rounding below x = 1, to 1e-5 below 3.
-#[inline]
-fn half_angle(square: f32) -> (f32, f32) {
-    let q = 0.25 * square;
-    let cosine = 1.0 - q * (0.5 - q * (1.0 / 24.0 - q * (1.0 / 720.0 - q * (1.0 / 40_320.0))));
-    let sine =
-        0.5 * (1.0 - q * (1.0 / 6.0 - q * (1.0 / 120.0 - q * (1.0 / 5_040.0 - q * (1.0 / 362_880.0)))));
+#[inline(always)]
+fn half_angle<L: Lanes>(square: Real<L>) -> (Real<L>, Real<L>) {
+    let number = |x: f32| square.like(x);
+    let q = number(0.25) * square;
+    let tail = |first: f32, second: f32, third: f32| {
+        let tail = number(1.0 / second) - q * number(1.0 / third);
+        number(1.0 / first) - q * tail
+    };
+    let one = number(1.0);
+    let cosine = one - q * (number(0.5) - q * tail(24.0, 720.0, 40_320.0));
+    let sine = number(0.5) * (one - q * (number(1.0 / 6.0) - q * tail(120.0, 5_040.0, 362_880.0)));
     (cosine, sine)
 }
 
@@ -180,16 +186,17 @@ impl Wide for Planar {
     fn no_turn() -> [f32; 2] {
         [1.0, 0.0]
     }
-    #[inline]
-    fn turned_by(turn: &[f32; 2], angle: &[f32; 1]) -> [f32; 2] {
+    #[inline(always)]
+    fn turned_by<L: Lanes>(turn: &[Real<L>; 2], angle: &[Real<L>; 1]) -> [Real<L>; 2] {
         let [x] = *angle;
         let (half_cosine, half_sine) = half_angle(x * x);
         let half_sine = half_sine * x;
         // double angles
-        let (c1, s1) = (1.0 - 2.0 * half_sine * half_sine, 2.0 * half_sine * half_cosine);
+        let (one, two) = (x.like(1.0), x.like(2.0));
+        let (c1, s1) = (one - two * half_sine * half_sine, two * half_sine * half_cosine);
         let [c, s] = *turn;
         let (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
-        let scale = 1.0 / (c * c + s * s).sqrt();
+        let scale = one / (c * c + s * s).sqrt();
         [c * scale, s * scale]
     }
 }
@@ -273,8 +280,8 @@ impl Wide for Spatial {
     fn no_turn() -> [f32; 4] {
         [1.0, 0.0, 0.0, 0.0]
     }
-    #[inline]
-    fn turned_by(turn: &[f32; 4], angle: &[f32; 3]) -> [f32; 4] {
+    #[inline(always)]
+    fn turned_by<L: Lanes>(turn: &[Real<L>; 4], angle: &[Real<L>; 3]) -> [Real<L>; 4] {
         let (w1, sine) = half_angle(dot(angle, angle));
         let [x1, y1, z1] = [angle[0] * sine, angle[1] * sine, angle[2] * sine];
         let [w, x, y, z] = *turn;
@@ -284,8 +291,8 @@ impl Wide for Spatial {
             w1 * y - x1 * z + y1 * w + z1 * x,
             w1 * z + x1 * y - y1 * x + z1 * w,
         ];
-        let scale = 1.0 / dot(&out, &out).sqrt();
-        out.map(|c| c * scale)
+        let scale = w.like(1.0) / dot(&out, &out).sqrt();
+        [out[0] * scale, out[1] * scale, out[2] * scale, out[3] * scale]
     }
 }
 
@@ -296,14 +303,18 @@ mod tests {
 
     #[test]
     fn small_turns_add_up_to_a_large_one() {
+        use crate::lanes::Portable;
+        let number = |x: f32| Real::all(Portable, x);
         let (axis, n) = (vec3(0.36, -0.48, 0.8), 200);
-        let step = [0.36, -0.48, 0.8].map(|x: f32| 0.01 * x);
-        let turned = (0..n).fold([1.0, 0.0, 0.0, 0.0], |q, _| Spatial::turned_by(&q, &step));
+        let step = [0.36, -0.48, 0.8].map(|x: f32| number(0.01 * x));
+        let begun = [1.0, 0.0, 0.0, 0.0].map(number);
+        let turned = (0..n).fold(begun, |q, _| Spatial::turned_by(&q, &step)).map(|x| x.store().0[0]);
         let exact = Quaternion::about(axis * (0.01 * f64::from(n)));
         for (a, b) in turned.iter().zip(exact.as_slice()) {
             assert!((f64::from(*a) - b).abs() < 2e-6, "{turned:?} {exact:?}");
         }
-        let planar = (0..n).fold([1.0, 0.0], |q, _| Planar::turned_by(&q, &[0.01]));
+        let planar = (0..n).fold([number(1.0), number(0.0)], |q, _| Planar::turned_by(&q, &[number(0.01)]));
+        let planar = planar.map(|x| x.store().0[0]);
         assert!((planar[0] - 2.0_f32.cos()).abs() < 2e-6 && (planar[1] - 2.0_f32.sin()).abs() < 2e-6);
     }
 

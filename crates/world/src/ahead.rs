@@ -96,6 +96,7 @@ impl<S: Geometry> Ahead<'_, S> {
 
     /// How fast surfaces of two bodies can come towards each other, as they move now \[m/s\]: |v + w x r| + |dw| arm of
     /// `approach`.
+    #[inline]
     fn closing(&self, (a, b): (usize, usize)) -> f64 {
         let (data, motion) = (&self.bodies.data, &self.bodies.motion);
         let (small, large) = if data[a].extent <= data[b].extent { (a, b) } else { (b, a) };
@@ -106,6 +107,7 @@ impl<S: Geometry> Ahead<'_, S> {
 
     /// How far two surfaces may come towards each other in the step by what was not known in the one before: their motion,
     /// and loads \[m\].
+    #[inline]
     pub fn coming(&self, (a, b): (usize, usize)) -> f64 {
         self.dt * (self.closing((a, b)) + self.pulled(a) + self.pulled(b))
     }

@@ -14,6 +14,7 @@ pub mod gradient;
 pub mod impact;
 pub mod integrate;
 pub mod joint;
+mod lasting;
 pub mod material;
 pub mod mid_step;
 pub mod narrow_phase;

@@ -1,7 +1,10 @@
 //! How the coefficients of two bodies become those of their contact (case C20): by mixing, or as a table of named
 //! materials says for the pair.
 
+use crate::bodies::Bodies;
 use crate::error::BuildError;
+use crate::settings::Settings;
+use carom_geometry::Geometry;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -39,6 +42,7 @@ impl Mixing {
         }
     }
     /// The contact's coefficient from those of its bodies, both >= 0.
+    #[inline]
     pub fn mix(self, a: f64, b: f64) -> f64 {
         match self {
             Mixing::Min => a.min(b),
@@ -170,5 +174,48 @@ impl Materials {
                 near.map_or("give bodies a material first".into(), |n| format!("did you mean '{n}'?"));
             BuildError::setting("material", format!("is unknown: '{name}'"), remedy)
         })
+    }
+}
+
+/// What two surfaces do to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    /// Coefficient of friction \[1\].
+    pub friction: f64,
+    /// Coefficient of rolling friction \[m\].
+    pub rolling: f64,
+    /// Coefficient of spinning friction \[m\].
+    pub spinning: f64,
+    /// Coefficient of restitution \[1\].
+    pub restitution: f64,
+    /// Coefficient of tangential restitution \[1\].
+    pub tangential_restitution: f64,
+}
+
+impl Coefficients {
+    /// Those of a pair of bodies.
+    #[inline]
+    pub fn of<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, (a, b): (usize, usize)) -> Self {
+        let (one, other) = (&bodies.data[a], &bodies.data[b]);
+        // what was said of the pair's materials, where something was said of any
+        let said = match (one.material, other.material) {
+            (Some(_), Some(_)) => bodies.materials.said_of(one.material, other.material),
+            _ => None,
+        };
+        let of = |coefficient: fn(&MaterialPair) -> Option<f64>, mixed: f64| {
+            said.and_then(coefficient).unwrap_or(mixed)
+        };
+        // either body's softness makes the moment: the larger coefficient is the contact's
+        let rolling = Mixing::Max.mix(one.rolling_friction, other.rolling_friction);
+        let spinning = Mixing::Max.mix(one.spinning_friction, other.spinning_friction);
+        let mixing = settings.restitution_mixing;
+        let tangential = mixing.mix(one.tangential_restitution, other.tangential_restitution);
+        Coefficients {
+            friction: of(|p| p.friction, settings.friction_mixing.mix(one.friction, other.friction)),
+            rolling: of(|p| p.rolling_friction, rolling),
+            spinning: of(|p| p.spinning_friction, spinning),
+            restitution: of(|p| p.restitution, mixing.mix(one.restitution, other.restitution)),
+            tangential_restitution: of(|p| p.tangential_restitution, tangential),
+        }
     }
 }

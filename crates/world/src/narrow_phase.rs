@@ -3,7 +3,8 @@
 
 use crate::ahead::Ahead;
 use crate::bodies::Bodies;
-use crate::material::{MaterialPair, Mixing};
+use crate::lasting::Lasting;
+use crate::material::Coefficients;
 use crate::settings::{Scheme, Settings};
 use carom_geometry::broad_phase::{BroadPhase, Changed};
 use carom_geometry::{Aabb, ContactPoint, Geometry};
@@ -40,30 +41,59 @@ pub struct Touch<S: Space> {
 /// Bodies and pairs that a worker takes at a time; nothing depends on it but the time.
 const CHUNK: usize = 128;
 
-/// Contacts that are known without a search; workers ask at once.
-pub trait Known<S: Geometry>: Sync {
-    /// Appends the contacts of bodies a and b if they are known. Pairs of the same findings come in their order.
-    fn append(&self, pair: (usize, usize), out: &mut Findings<S>) -> bool;
+/// Two bodies that may touch in the step ahead.
+pub struct Near<'a, S: Geometry> {
+    /// Index of body a.
+    pub a: usize,
+    /// Index of body b.
+    pub b: usize,
+    colliders: [&'a S::Collider; 2],
+    poses: [&'a Pose<S>; 2],
+    /// Contacts are looked for up to this gap \[m\].
+    margin: f64,
 }
 
-/// Nothing is known.
-impl<S: Geometry> Known<S> for () {
-    fn append(&self, _: (usize, usize), _: &mut Findings<S>) -> bool {
-        false
+impl<S: Geometry> Near<'_, S> {
+    /// Appends their contact points.
+    pub fn contacts(&self, out: &mut Vec<ContactPoint<S>>) {
+        let ([a, b], [pose_a, pose_b]) = (self.colliders, self.poses);
+        S::contacts(a, pose_a, b, pose_b, self.margin, out);
     }
 }
 
-/// What is found of a chunk of pairs.
-#[derive(Default)]
-pub struct Findings<S: Geometry> {
-    /// Contacts.
-    pub touches: Vec<Touch<S>>,
-    /// Pairs whose contacts were known, by their bodies' serials.
-    pub known: Vec<(u64, u64)>,
-    /// Where the search for what is known stands; none before the first pair.
-    pub place: Option<usize>,
-    /// Room for a pair's points.
-    pub points: Vec<ContactPoint<S>>,
+/// What looks at pairs that may touch. Workers ask at once, each with findings of its own.
+pub trait Finder<S: Geometry>: Sync {
+    /// What is found of a chunk of pairs.
+    type Findings: Default + Send;
+    /// Told before the first pair of a chunk.
+    fn begin(&self, findings: &mut Self::Findings);
+    /// Looks at a pair; pairs of the same findings come in their order.
+    fn look(&self, near: &Near<'_, S>, findings: &mut Self::Findings);
+}
+
+/// Finds touches.
+struct Touching<'a, S: Geometry>(&'a Bodies<S>, &'a Settings<S>);
+
+/// Touches of a chunk of pairs, and room for a pair's points.
+type Findings<S> = (Vec<Touch<S>>, Vec<ContactPoint<S>>);
+
+impl<S: Geometry> Finder<S> for Touching<'_, S> {
+    type Findings = Findings<S>;
+    fn begin(&self, _: &mut Findings<S>) {}
+    fn look(&self, near: &Near<'_, S>, (touches, points): &mut Findings<S>) {
+        points.clear();
+        near.contacts(points);
+        touches_of(self.0, self.1, (near.a, near.b), points, touches);
+    }
+}
+
+/// Looks at no pair.
+struct Nobody;
+
+impl<S: Geometry> Finder<S> for Nobody {
+    type Findings = ();
+    fn begin(&self, (): &mut ()) {}
+    fn look(&self, _: &Near<'_, S>, (): &mut ()) {}
 }
 
 /// Finds contacts; holds memory, the broad phase's order and the boxes of bodies that stand, nothing that changes an
@@ -71,6 +101,7 @@ pub struct Findings<S: Geometry> {
 #[derive(Default)]
 pub struct NarrowPhase<S: Geometry> {
     broad: BroadPhase<S>,
+    lasting: Lasting<S>,
     /// For which standing bodies and which margin the boxes of those that stand were made.
     made_for: Option<(u64, Option<f64>)>,
     /// For which sleeping bodies their boxes were made.
@@ -105,19 +136,22 @@ struct Place<S: Geometry> {
 impl<S: Geometry> NarrowPhase<S> {
     /// All contacts whose gap is at most the pair's margin, in order of (a, b, feature).
     pub fn update(&mut self, ahead: &Ahead<S>, out: &mut Vec<Touch<S>>) {
-        self.update_but(ahead, &(), (out, &mut Vec::new()));
+        out.clear();
+        let mut findings = std::mem::take(&mut self.findings);
+        let finder = Touching(ahead.bodies, ahead.settings);
+        self.search(ahead, &finder, &mut findings, |(touches, _)| take(touches, out));
+        self.findings = findings;
     }
 
-    /// The same, but for pairs whose contacts `known` appends itself; `again` gets these pairs, by their bodies' serials.
-    pub fn update_but(
+    /// Hands all pairs that may touch to a finder, and what it finds of each chunk of them to `join`, in the pairs' order.
+    pub fn search<F: Finder<S>>(
         &mut self,
         ahead: &Ahead<S>,
-        known: &dyn Known<S>,
-        (out, again): (&mut Vec<Touch<S>>, &mut Vec<(u64, u64)>),
+        finder: &F,
+        findings: &mut Memory<F::Findings>,
+        join: impl FnMut(&mut F::Findings),
     ) {
         let Ahead { bodies, settings, .. } = *ahead;
-        out.clear();
-        again.clear();
         let (stands_as_before, sleeps_as_before) = self.prepare(ahead);
         let data = &bodies.data;
         let indices = &self.indices;
@@ -130,26 +164,35 @@ impl<S: Geometry> NarrowPhase<S> {
         let (others, asleep) = (self.moving.as_slice(), self.asleep.as_slice());
         let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
         let soft = settings.scheme == Scheme::SoftStep && settings.contact_margin.is_none();
-        let mut pairs = self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair);
-        if settings.contact_margin.is_none()
-            && !soft
-            && share_speeds(pairs, &self.movable, &mut self.speeds, &self.own)
-        {
-            let faster = |k: &&u32| self.speeds[**k as usize] != self.own[**k as usize];
-            for k in self.moving.iter().filter(faster).map(|k| *k as usize) {
-                let i = indices[k];
-                self.margins[k] = ahead.reach(i, self.speeds[k]);
-                let Some(collider) = &data[i].collider else { continue };
-                self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
+        let lasts = soft || settings.contact_margin.is_some();
+        let pairs = if lasts {
+            let boxes = (self.bounds.as_slice(), self.movable.as_slice());
+            self.lasting.update(&mut self.broad, boxes, changed, &may_pair)
+        } else {
+            self.lasting.forget();
+            let pairs = self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair);
+            if share_speeds(pairs, &self.movable, &mut self.speeds, &self.own) {
+                let faster = |k: &&u32| self.speeds[**k as usize] != self.own[**k as usize];
+                for k in self.moving.iter().filter(faster).map(|k| *k as usize) {
+                    let i = indices[k];
+                    self.margins[k] = ahead.reach(i, self.speeds[k]);
+                    let Some(collider) = &data[i].collider else { continue };
+                    self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
+                }
+                let changed = Changed { stands_as_before: true, sleeps_as_before: true, ..changed };
+                self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair)
+            } else {
+                self.broad.pairs()
             }
-            let changed = Changed { others, asleep, stands_as_before: true, sleeps_as_before: true };
-            pairs = self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair);
-        }
+        };
         let (margins, poses, bounds) = (&self.margins, &self.poses, &self.bounds);
-        let find = |_, pairs: &[(u32, u32)], found: &mut Findings<S>| {
-            found.place = None;
+        let find = |_, pairs: &[(u32, u32)], found: &mut F::Findings| {
+            finder.begin(found);
             for &(i, j) in pairs {
                 let (i, j) = (i as usize, j as usize);
+                if lasts && !bounds[i].overlaps(&bounds[j]) {
+                    continue;
+                }
                 let (a, b) = (indices[i], indices[j]);
                 let mut margin = margins[i] + margins[j];
                 if soft && margin > ahead.least_reach(a) + ahead.least_reach(b) {
@@ -159,19 +202,17 @@ impl<S: Geometry> NarrowPhase<S> {
                         continue;
                     }
                 }
-                if known.append((a, b), found) {
-                    continue;
-                }
-                found.points.clear();
                 let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
-                S::contacts(ca, &poses[i], cb, &poses[j], margin, &mut found.points);
-                touches_of(bodies, settings, (a, b), &found.points, &mut found.touches);
+                let near = Near { a, b, colliders: [ca, cb], poses: [&poses[i], &poses[j]], margin };
+                finder.look(&near, found);
             }
         };
-        self.workers.chunks(pairs, CHUNK, &mut self.findings, find, |found| {
-            take(&mut found.touches, out);
-            take(&mut found.known, again);
-        });
+        self.workers.chunks(pairs, CHUNK, findings, find, join);
+    }
+
+    /// Arranges what stands, as the first search would.
+    pub(crate) fn arrange(&mut self, ahead: &Ahead<S>) {
+        self.search(ahead, &Nobody, &mut Memory::default(), |()| ());
     }
 
     /// Bounds of all bodies with a shape, grown by half of each pair's margin; of those that stand or sleep only where they
@@ -289,22 +330,8 @@ pub fn touches_of<S: Geometry>(
     if points.is_empty() {
         return;
     }
-    let (one, other) = (&bodies.data[a], &bodies.data[b]);
-    // what was said of the pair's materials, where something was said of any
-    let said = bodies.materials.said_of(one.material, other.material);
-    let of = |coefficient: fn(&MaterialPair) -> Option<f64>, mixed: f64| {
-        said.and_then(coefficient).unwrap_or(mixed)
-    };
-    let friction = of(|p| p.friction, settings.friction_mixing.mix(one.friction, other.friction));
-    // either body's softness makes the moment: the larger coefficient is the contact's
-    let rolling = of(|p| p.rolling_friction, Mixing::Max.mix(one.rolling_friction, other.rolling_friction));
-    let spinning =
-        of(|p| p.spinning_friction, Mixing::Max.mix(one.spinning_friction, other.spinning_friction));
-    let mixing = settings.restitution_mixing;
-    let restitution = of(|p| p.restitution, mixing.mix(one.restitution, other.restitution));
-    let tangential = mixing.mix(one.tangential_restitution, other.tangential_restitution);
-    let tangential_restitution = of(|p| p.tangential_restitution, tangential);
-    let name = pair_id(one.serial, other.serial);
+    let c = Coefficients::of(bodies, settings, (a, b));
+    let name = pair_id(bodies.data[a].serial, bodies.data[b].serial);
     out.extend(points.iter().map(|p| Touch {
         id: mix_bits(name ^ p.feature),
         a,
@@ -312,11 +339,11 @@ pub fn touches_of<S: Geometry>(
         point: p.point,
         normal: p.normal,
         gap: p.gap,
-        friction,
-        rolling,
-        spinning,
-        restitution,
-        tangential_restitution,
+        friction: c.friction,
+        rolling: c.rolling,
+        spinning: c.spinning,
+        restitution: c.restitution,
+        tangential_restitution: c.tangential_restitution,
     }));
 }
 

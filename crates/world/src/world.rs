@@ -32,7 +32,7 @@ use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Planar, Rotation, Spatial};
 use carom_solver::{Certificate, ContactProblem, Impulses, Watch, unwatched};
-use standing::Written;
+use standing::{UNIT, Written};
 pub(crate) use trajectory::Trajectory;
 
 /// A world of the plane.
@@ -337,7 +337,7 @@ impl<S: Geometry> World<S> {
             Ok(_) => {}
         }
         if phase == Phase::Contact {
-            return Ok(tried.contact(&self.bodies, &self.spare.0).0.clone());
+            return Ok(tried.contact(&self.bodies).0.clone());
         }
         let mut problem = tried.impacts().problem.clone();
         if tried.impacts().struck.is_empty() {
@@ -397,13 +397,13 @@ impl<S: Geometry> World<S> {
     }
 
     fn scene(&self, thorough: bool) -> Scene<'_, S> {
-        let (problem, impulses, _) = self.schemes.contact(&self.bodies, &self.touches);
+        let (problem, impulses, _) = self.schemes.contact(&self.bodies);
         let contact = (problem, impulses);
         Scene {
             thorough,
             bodies: &self.bodies,
             settings: &self.settings,
-            touches: &self.touches,
+            touches: self.touches(),
             impact: (&self.schemes.impacts().problem, &self.schemes.impacts().impulses),
             contact,
         }
@@ -460,7 +460,7 @@ impl<S: Geometry> World<S> {
         })?;
         if stopped {
             // the solve came to its end at the very look that asked to stop
-            let contacts = self.touches.len();
+            let contacts = self.schemes.met(&self.touches).0;
             return Err(StepError::Interrupted { phase: Phase::Contact.name(), contacts, time: self.time });
         }
         self.normalize_rotations(as_before);
@@ -489,7 +489,7 @@ impl<S: Geometry> World<S> {
         let mut begun = Ledger::default();
         if self.settings.scheme == Scheme::SoftStep {
             self.begin_soft_step(&step, &mut begun)?;
-            self.find_soft_touches(dt);
+            self.find_soft_faces(dt);
         }
         let quiet = self.is_quiet();
         let (fields, applied) = (&mut self.fields, &self.applied);
@@ -512,7 +512,7 @@ impl<S: Geometry> World<S> {
             Scheme::SoftStep => {
                 let scheme = &mut self.schemes.soft_step;
                 let before = if self.woken.is_empty() { &self.checkpoint.1.patches } else { &self.woken };
-                scheme.advance(bodies, (&self.touches, before), settings, &step, outside, warm)
+                scheme.advance(bodies, before, settings, &step, outside, warm)
             }
         };
         let mut report = report?;
@@ -553,7 +553,7 @@ impl<S: Geometry> World<S> {
         if std::mem::take(&mut self.is_applied) {
             self.applied.fill(Wrench::default());
         }
-        let deepest = self.touches.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)).map(|t| (t.gap, t.a, t.b));
+        let (contacts, deepest) = self.schemes.met(&self.touches);
         StepReport {
             step: self.steps,
             time: self.time,
@@ -561,7 +561,7 @@ impl<S: Geometry> World<S> {
             solver: self.settings.solver_kind(),
             tolerance: self.settings.tolerance,
             budget: self.settings.iterations,
-            contacts: self.touches.len(),
+            contacts,
             asleep: self.bodies.asleep().len(),
             contact_solve: scheme.contact_solve,
             impact_solve: scheme.impact_solve,
@@ -580,7 +580,7 @@ impl<S: Geometry> World<S> {
     fn normalize_rotations(&mut self, as_before: bool) {
         let normalize = |q: &mut S::Rotation| {
             let length: f64 = q.as_slice().iter().map(|x| x * x).sum();
-            if (length - 1.0).abs() > 4e-16 {
+            if (length - 1.0).abs() > UNIT {
                 *q = q.renormalized().unwrap_or(*q);
             }
         };

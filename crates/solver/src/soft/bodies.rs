@@ -246,42 +246,51 @@ impl<S: Wide> Table<'_, S> {
 
     /// Velocities of some records after a substep's loads. From the second substep on also after its warm start: arms and inertias
     /// stand still in a step, so what all contacts gave a body in the substep before is v - v_before - load.
-    pub fn accelerate(&self, records: Range<usize>, substep: usize) {
-        let n = freedoms::<S>();
+    #[inline(always)]
+    pub fn accelerate<L: Lanes>(&self, lanes: L, records: Range<usize>, substep: usize) {
         for i in records {
-            let (mut motion, mut before, load) = (self.motion.get(i), self.before.get(i), &self.load[i]);
-            for k in 0..n {
-                let v = motion.0[k];
-                // before the first substep `before` is the velocity without the warm start
-                motion.0[k] = if substep == 0 { v + load.0[k] } else { v + (v - before.0[k]) };
-                if substep > 0 {
-                    before.0[k] = v;
-                }
+            let (motion, before) = (self.motion.get(i), self.before.get(i));
+            let (v, load) = (Real::load(lanes, &motion), Real::load(lanes, &self.load[i]));
+            // before the first substep `before` is the velocity without the warm start; inverse masses, beside it, have no load
+            let then = Real::load(lanes, &before);
+            let faster = if substep == 0 { v + load } else { v + (v - then) };
+            let mut after = faster.store();
+            let n = freedoms::<S>();
+            after.0[n..].copy_from_slice(&motion.0[n..]);
+            self.motion.set(i, after);
+            if substep > 0 {
+                self.before.set(i, motion);
             }
-            self.motion.set(i, motion);
-            self.before.set(i, before);
         }
     }
 
-    /// Poses of some records after a substep of length `h` \[s\].
-    pub fn move_on(&self, records: Range<usize>, h: f32) {
+    /// Poses of some records after a substep of length `h` \[s\], eight at a time.
+    #[inline(always)]
+    pub fn move_on<L: Lanes>(&self, lanes: L, records: Range<usize>, h: f32) {
         let d = <S::Vectors<f32> as Several<f32>>::LEN;
-        for i in records {
-            let (motion, mut moved) = (self.motion.get(i), self.moved.get(i));
-            let mut turn = S::no_turn();
-            let mut angle = S::Spins::all(0.0);
+        let h = Real::all(lanes, h);
+        for first in records.clone().step_by(WIDTH) {
+            // where fewer than eight are left the last is moved by several lanes, to the same place
+            let ids = std::array::from_fn(|k| (first + k).min(records.end - 1) as u32);
+            let motion = gather(lanes, |i| self.motion.get(i), &ids);
+            let mut moved = gather(lanes, |i| self.moved.get(i), &ids);
+            let mut turn = S::Turns::all(h);
+            let mut angle = S::Spins::all(h);
             for k in 0..d {
-                moved.0[k] += h * motion.0[k];
+                moved[k] += h * motion[k];
             }
             for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
-                angle[k] = h * motion.0[d + k];
+                angle[k] = h * motion[d + k];
             }
             for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
-                turn[k] = moved.0[d + k];
+                turn[k] = moved[d + k];
             }
             let turn = S::turned_by(&turn, &angle);
-            moved.0[d..d + turn.slice().len()].copy_from_slice(turn.slice());
-            self.moved.set(i, moved);
+            moved[d..d + turn.slice().len()].copy_from_slice(turn.slice());
+            let moved = Real::turn(moved);
+            for k in 0..WIDTH {
+                self.moved.set(ids[k] as usize, moved[k].store());
+            }
         }
     }
 }

@@ -276,11 +276,11 @@ impl<S: Wide> Steps<'_, S> {
             let records = turn * size..self.records.min((turn + 1) * size);
             match task {
                 Task::Accelerate(substep) => {
-                    table.accelerate(records, substep);
+                    table.accelerate(lanes, records, substep);
                     continue;
                 }
                 Task::MoveOn => {
-                    table.move_on(records, h);
+                    table.move_on(lanes, records, h);
                     continue;
                 }
                 _ => {}

@@ -52,11 +52,7 @@ impl<S: Geometry> Default for Schemes<S> {
 
 impl<S: Geometry> Schemes<S> {
     /// The last step's contact problem, its impulses, and the touch of each contact.
-    pub fn contact(
-        &self,
-        bodies: &Bodies<S>,
-        touches: &[Touch<S>],
-    ) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
+    pub fn contact(&self, bodies: &Bodies<S>) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
         match self.ran {
             Scheme::FixedStep => {
                 let s = &self.fixed_step;
@@ -66,8 +62,23 @@ impl<S: Geometry> Schemes<S> {
                 let s = &self.events;
                 (&s.problem, &s.impulses, &s.pressed)
             }
-            Scheme::SoftStep => self.soft_step.contact(bodies, touches),
+            Scheme::SoftStep => self.soft_step.contact(bodies),
         }
+    }
+    /// The last step's touches; the schemes that make none of their own found these.
+    pub fn touches<'a>(&'a self, found: &'a [Touch<S>]) -> &'a [Touch<S>] {
+        match self.ran {
+            Scheme::FixedStep | Scheme::Events => found,
+            Scheme::SoftStep => self.soft_step.touches(),
+        }
+    }
+    /// How many they are, and the smallest gap \[m\] with its bodies.
+    pub fn met(&self, found: &[Touch<S>]) -> (usize, Option<(f64, usize, usize)>) {
+        if self.ran == Scheme::SoftStep {
+            return self.soft_step.met();
+        }
+        let deepest = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)).map(|t| (t.gap, t.a, t.b));
+        (found.len(), deepest)
     }
     /// What the scheme's last step made the joints give.
     pub(crate) fn joint_impulses(&self) -> &[JointImpulse<S>] {

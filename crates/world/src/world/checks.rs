@@ -71,6 +71,14 @@ impl<S: Geometry> World<S> {
 
     fn check_body(&self, i: usize, stage: &'static str, remedy: &str) -> Result<(), StepError> {
         let m = &self.bodies.motion;
+        // finite numbers whose squares are not would turn every sum over bodies into infinity; most are far from that
+        let (d, v, w) = (&self.bodies.data[i], m.velocity[i], m.angular_velocity[i]);
+        let at_most = d.mass_properties.mass * v.dot(v) + d.principal.max_abs() * w.dot(w);
+        let turn: f64 = m.rotation[i].as_slice().iter().map(|x| x * x).sum();
+        // false for what is no number
+        if turn > 0.0 && at_most + m.position[i].norm_squared() + v.dot(v) + w.dot(w) + turn < 1e300 {
+            return Ok(());
+        }
         let parts: [(&'static str, &[f64]); 4] = [
             ("position", m.position[i].as_slice()),
             ("rotation", m.rotation[i].as_slice()),
@@ -84,9 +92,6 @@ impl<S: Geometry> World<S> {
                 return Err(self.not_finite(i, field, format!("{values:?}"), stage, remedy));
             }
         }
-        // finite numbers whose squares are not would turn every sum over bodies into infinity; most are far from that
-        let (d, v, w) = (&self.bodies.data[i], m.velocity[i], m.angular_velocity[i]);
-        let at_most = d.mass_properties.mass * v.dot(v) + d.principal.max_abs() * w.dot(w);
         if at_most < 1e300 {
             return Ok(());
         }

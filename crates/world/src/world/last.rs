@@ -10,11 +10,11 @@ use carom_solver::{ContactProblem, Impulse, Impulses, Twist};
 impl<S: Geometry> World<S> {
     /// Contacts found at the start of the last step.
     pub fn touches(&self) -> &[Touch<S>] {
-        &self.touches
+        self.schemes.touches(&self.touches)
     }
     /// The contact problem of the last step, its impulses, and for each of its contacts the index into `touches`.
     pub fn last_problem(&self) -> (&ContactProblem<S>, &Impulses<S>, &[usize]) {
-        self.schemes.contact(&self.bodies, &self.touches)
+        self.schemes.contact(&self.bodies)
     }
     /// The impact problem of the last step's first round, its impulses, and for each of its contacts the index into
     /// `touches`; no indices when nothing struck.

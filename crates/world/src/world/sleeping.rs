@@ -10,7 +10,7 @@ use crate::observe::accounts::{Mark, Motive};
 use crate::observe::ledger::Ledger;
 use crate::settings::Scheme;
 use crate::sleep::{Asleep, Still};
-use crate::stepping::soft_step::{Again, PatchForce};
+use crate::stepping::soft_step::PatchForce;
 use carom_geometry::Geometry;
 use carom_solver::Twist;
 use std::sync::Arc;
@@ -119,14 +119,13 @@ impl<S: Geometry> World<S> {
 
     /// Contacts of a soft step, and the patches that it starts from: where something that moves comes near islands that
     /// sleep, they wake, and the contacts are looked for anew.
-    pub(super) fn find_soft_touches(&mut self, dt: f64) {
+    pub(super) fn find_soft_faces(&mut self, dt: f64) {
         self.woken.clear();
         loop {
             let (scheme, bodies, settings) = (&mut self.schemes.soft_step, &self.bodies, &self.settings);
             let before = if self.woken.is_empty() { &self.checkpoint.1.patches } else { &self.woken };
             let ahead = Ahead { bodies, settings, dt, pulls: &self.pushes.pulls };
-            let out = (&mut self.touches, &mut scheme.again);
-            self.narrow_phase.update_but(&ahead, &Again { ahead, before }, out);
+            scheme.find(&mut self.narrow_phase, ahead, before);
             if self.bodies.asleep().is_empty() {
                 return;
             }
@@ -141,8 +140,7 @@ impl<S: Geometry> World<S> {
             merge(&mut self.woken, more);
         }
         // obstacles at rest do not stir what sleeps on them
-        let bodies = &self.bodies;
-        self.touches.retain(|t| !bodies.is_asleep(t.a) && !bodies.is_asleep(t.b));
+        self.schemes.soft_step.leave_sleepers(&self.bodies);
     }
 
     /// Puts islands to sleep that have rested, and books what that takes.
@@ -173,12 +171,13 @@ impl<S: Geometry> World<S> {
     fn find_islands(&self, islands: &mut Islands) {
         let bodies = &self.bodies;
         islands.begin(bodies.len(), bodies.movers());
-        for t in self.touches.iter().filter(|t| bodies.is_dynamic(t.a) && bodies.is_dynamic(t.b)) {
-            islands.join(t.a, t.b);
+        let pairs = || self.schemes.soft_step.faces().iter().map(|face| face.pair());
+        for (a, b) in pairs().filter(|(a, b)| bodies.is_dynamic(*a) && bodies.is_dynamic(*b)) {
+            islands.join(a, b);
         }
         let moves = |i: usize| !bodies.is_dynamic(i) && bodies.motion.twist(i) != Twist::default();
-        for t in self.touches.iter().filter(|t| moves(t.a) || moves(t.b)) {
-            let root = islands.root(if moves(t.a) { t.b } else { t.a });
+        for (a, b) in pairs().filter(|(a, b)| moves(*a) || moves(*b)) {
+            let root = islands.root(if moves(a) { b } else { a });
             islands.awake[root] = true;
         }
         for (i, still) in bodies.awake().zip(&self.warm.still) {
@@ -272,7 +271,8 @@ impl<S: Geometry> World<S> {
         let stirs = |i: usize| {
             !bodies.is_asleep(i) && (bodies.is_dynamic(i) || bodies.motion.twist(i) != Twist::default())
         };
-        let ends = self.touches.iter().flat_map(|t| [(t.a, t.b), (t.b, t.a)]);
+        let pairs = self.schemes.soft_step.faces().iter().map(|face| face.pair());
+        let ends = pairs.flat_map(|(a, b)| [(a, b), (b, a)]);
         let touched = ends.filter(|(i, by)| bodies.is_asleep(*i) && stirs(*by));
         let mut serials: Vec<u64> = touched.map(|(i, _)| bodies.data[i].serial).collect();
         serials.sort_unstable();

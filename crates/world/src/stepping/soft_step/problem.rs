@@ -3,7 +3,8 @@
 //! of groups. Friction of a patch is one wrench; its points share it in proportion to their normal impulses, such that
 //! its torque about the normal comes out right where the points can bear it.
 
-use super::patches::{count, rolling_axis};
+use super::face::Face;
+use super::patches::rolling_axis;
 use crate::assembly;
 use crate::bodies::Bodies;
 use crate::force::Wrench;
@@ -11,7 +12,7 @@ use crate::integrate::Step;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
-use carom_solver::soft::{Patch, PatchResult, SoftSolver};
+use carom_solver::soft::{PatchResult, SoftSolver};
 use carom_solver::{ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
 use std::sync::OnceLock;
 
@@ -19,13 +20,11 @@ use std::sync::OnceLock;
 pub type Told<'a, S> = (&'a ContactProblem<S>, &'a Impulses<S>, &'a [usize]);
 
 /// What a soft step began with and found.
-pub struct Found<'a, S: Geometry> {
+pub(crate) struct Solution<'a, S: Geometry> {
     /// The solver with its impulses.
     pub solver: &'a SoftSolver<S>,
-    /// Its patches.
-    pub patches: &'a [Patch<S>],
-    /// Their touches.
-    pub members: &'a [S::Points<u32>],
+    /// The faces of its patches.
+    pub faces: &'a [Face<S>],
     /// Velocities at the start.
     pub start: &'a [Twist<S>],
     /// Applied loads.
@@ -75,7 +74,7 @@ impl<S: Geometry> Rigid<S> {
     }
 
     /// Inverse mass of a body at the step's start, and its velocity after the loads alone.
-    fn free(&self, bodies: &Bodies<S>, i: usize, found: &Found<'_, S>) -> (InverseMass<S>, Twist<S>) {
+    fn free(&self, bodies: &Bodies<S>, i: usize, found: &Solution<'_, S>) -> (InverseMass<S>, Twist<S>) {
         let d = &bodies.data[i];
         let angular: S::Inertia = S::turned(&d.inverse_inertia, &self.rotation[i]);
         let inverse: InverseMass<S> = InverseMass { linear: d.inverse_mass, angular };
@@ -89,16 +88,15 @@ impl<S: Geometry> Rigid<S> {
     }
 
     /// The problem and its impulses.
-    pub fn get(&self, bodies: &Bodies<S>, touches: &[Touch<S>], found: Found<'_, S>) -> Told<'_, S> {
-        let (problem, impulses, pressed) = self.made.get_or_init(|| self.make(bodies, touches, &found));
+    pub(crate) fn get(&self, bodies: &Bodies<S>, found: Solution<'_, S>) -> Told<'_, S> {
+        let (problem, impulses, pressed) = self.made.get_or_init(|| self.make(bodies, &found));
         (problem, impulses, pressed)
     }
 
     fn make(
         &self,
         bodies: &Bodies<S>,
-        touches: &[Touch<S>],
-        found: &Found<'_, S>,
+        found: &Solution<'_, S>,
     ) -> (ContactProblem<S>, Impulses<S>, Vec<usize>) {
         let mut problem = ContactProblem::new(Vec::new(), Vec::new());
         assembly::begin(&mut problem, bodies, FrictionLaw::Disc);
@@ -106,18 +104,18 @@ impl<S: Geometry> Rigid<S> {
         (problem.inverse_masses, problem.velocities) = free.unzip();
         let mut pressed = Vec::new();
         let mut told = Vec::new();
-        for (k, members) in found.members.iter().enumerate().take(found.patches.len()) {
+        for (k, face) in found.faces.iter().enumerate() {
             let result = found.solver.result(k);
-            let shared = shares(touches, members, &result);
+            let shared = shares(face, &result);
             for (i, impulse) in shared.iter().enumerate() {
-                let t = &touches[members[i] as usize];
+                let t = &face.touch(i);
                 let mut contact = assembly::contact(bodies, t, (-t.gap / self.dt).min(0.0));
                 contact.arm_a = t.point - self.position[t.a];
                 contact.arm_b = t.point - self.position[t.b];
                 let moment = if i == 0 { moment(t, &result, shared.len()) } else { S::Spin::ZERO };
                 told.push((*impulse, contact.moment_to_frame(moment)));
                 problem.contacts.push(contact);
-                pressed.push(members[i] as usize);
+                pressed.push(pressed.len());
                 assembly::resist(&mut problem, t);
             }
         }
@@ -133,21 +131,16 @@ impl<S: Geometry> Rigid<S> {
 }
 
 /// Each point's impulse over the step.
-fn shares<S: Geometry>(
-    touches: &[Touch<S>],
-    members: &S::Points<u32>,
-    result: &PatchResult<S>,
-) -> Vec<Impulse<S>> {
-    let n = count::<S>(members);
-    let touch = |i: usize| &touches[members[i] as usize];
+fn shares<S: Geometry>(face: &Face<S>, result: &PatchResult<S>) -> Vec<Impulse<S>> {
+    let n = face.len();
     let sum: f64 = (0..n).map(|i| f64::from(result.normal[i])).sum();
     let share = |i: usize| if sum > 0.0 { f64::from(result.normal[i]) / sum } else { 1.0 / n as f64 };
-    let frame = |k: usize| S::tangent(touch(0).normal, k);
+    let frame = |k: usize| S::tangent(face.normal, k);
     let mut centre = S::Vector::ZERO;
     let mut middle = S::Vector::ZERO;
     for i in 0..n {
-        centre += touch(i).point * share(i);
-        middle += touch(i).point * (1.0 / n as f64);
+        centre += face.points[i] * share(i);
+        middle += face.points[i] * (1.0 / n as f64);
     }
     let mut rub = S::Slip::ZERO;
     for k in 0..S::SLIP {
@@ -155,7 +148,7 @@ fn shares<S: Geometry>(
     }
     // places along the tangents, from the centre of pressure
     let place = |point: S::Vector| S::Slip::from_fn(|k| (point - centre).dot(frame(k)));
-    let spread: f64 = (0..n).map(|i| share(i) * place(touch(i).point).norm_squared()).sum();
+    let spread: f64 = (0..n).map(|i| share(i) * place(face.points[i]).norm_squared()).sum();
     let mut twist = 0.0;
     if S::SPIN > S::SLIP && spread > 0.0 {
         // friction acts at the middle of the points: its torque about the centre of pressure
@@ -163,7 +156,7 @@ fn shares<S: Geometry>(
         twist = f64::from(result.rubbing[S::SLIP]) + off[0] * rub[1] - off[1] * rub[0];
     }
     let impulse = |i: usize| {
-        let at = place(touch(i).point);
+        let at = place(face.points[i]);
         let tangent = S::Slip::from_fn(|k| {
             let turned = if twist == 0.0 { 0.0 } else { [-at[1], at[0]][k] * twist / spread };
             share(i) * (rub[k] + turned)

@@ -1,0 +1,131 @@
+//! Pairs that last. Pairs are looked for in boxes somewhat larger than those that bodies need, and stand while every body stays
+//! in its own; who asks holds each pair's present boxes against each other. It decides nothing but the work: the pairs
+//! whose boxes overlap are the same, in the same order. Where pairs do not last, nothing is made larger for a while.
+
+use carom_geometry::Aabb;
+use carom_geometry::broad_phase::{BroadPhase, Changed};
+use carom_math::Space;
+
+/// What boxes are made larger by on each side, over the mean of the longest sides of those that move \[1\].
+const ROOM: f64 = 0.05;
+/// Pairs that stood for fewer steps than this did not last.
+const SOME: u32 = 4;
+/// Searches without room after pairs that did not last.
+const PAUSE: u32 = 16;
+
+/// Pairs, and the boxes that they were looked for in.
+#[derive(Default)]
+pub(crate) struct Lasting<S: Space> {
+    boxes: Vec<Aabb<S>>,
+    pairs: Vec<(u32, u32)>,
+    /// Steps that the pairs stood for.
+    lasted: u32,
+    /// Searches to come that give no room.
+    pause: u32,
+}
+
+impl<S: Space> Lasting<S> {
+    /// All pairs of boxes that overlap or touch, and perhaps some that do not, in lexicographic order.
+    pub fn update(
+        &mut self,
+        broad: &mut BroadPhase<S>,
+        (bounds, movable): (&[Aabb<S>], &[bool]),
+        changed: Changed<'_>,
+        may_pair: &dyn Fn(usize, usize) -> bool,
+    ) -> &[(u32, u32)] {
+        if self.stand(bounds, &changed) {
+            self.lasted += 1;
+            return &self.pairs;
+        }
+        if !self.boxes.is_empty() && self.lasted < SOME && self.pause == 0 {
+            self.pause = PAUSE;
+        }
+        self.pause = self.pause.saturating_sub(1);
+        self.lasted = 0;
+        let room = if self.pause == 0 { ROOM * mean_side(bounds, movable, changed.others) } else { 0.0 };
+        if !changed.stands_as_before || self.boxes.len() != bounds.len() {
+            self.boxes.clear();
+            self.boxes.extend_from_slice(bounds);
+        }
+        for k in changed.asleep.iter().map(|k| *k as usize) {
+            self.boxes[k] = bounds[k];
+        }
+        for k in changed.others.iter().map(|k| *k as usize) {
+            self.boxes[k] = if bounds[k].is_finite() { bounds[k].grown(room) } else { bounds[k] };
+        }
+        self.pairs.clear();
+        self.pairs.extend_from_slice(broad.update_some(&self.boxes, movable, changed, may_pair));
+        &self.pairs
+    }
+
+    /// Whether everybody is in the box that it was looked for in.
+    fn stand(&self, bounds: &[Aabb<S>], changed: &Changed<'_>) -> bool {
+        let within = |k: &u32| contains(&self.boxes[*k as usize], &bounds[*k as usize]);
+        changed.stands_as_before
+            && changed.sleeps_as_before
+            && self.pause == 0
+            && self.boxes.len() == bounds.len()
+            && changed.others.iter().all(within)
+    }
+
+    /// Forgets the pairs.
+    pub fn forget(&mut self) {
+        self.boxes.clear();
+    }
+}
+
+/// Mean of the longest sides of the movable ones among some boxes \[m\].
+fn mean_side<S: Space>(bounds: &[Aabb<S>], movable: &[bool], some: &[u32]) -> f64 {
+    let longest = |b: &Aabb<S>| (0..S::DIM).map(|k| b.max[k] - b.min[k]).fold(0.0, f64::max);
+    let sides = some.iter().filter(|k| movable[**k as usize]).map(|k| longest(&bounds[*k as usize]));
+    let (sum, count) = sides.filter(|side| side.is_finite()).fold((0.0, 0), |(s, n), side| (s + side, n + 1));
+    sum / f64::from(count.max(1))
+}
+
+/// Whether one box holds another; one that is no number is in none.
+fn contains<S: Space>(outer: &Aabb<S>, inner: &Aabb<S>) -> bool {
+    (0..S::DIM).all(|k| outer.min[k] <= inner.min[k] && inner.max[k] <= outer.max[k])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_math::{Planar, vec2};
+
+    #[test]
+    fn pairs_that_last_are_those_of_a_search_at_every_step() {
+        let (mut lasting, mut broad, mut anew) =
+            (Lasting::default(), BroadPhase::<Planar>::new(), BroadPhase::<Planar>::new());
+        let place = |k: usize, t: f64| {
+            let k = k as f64;
+            // slow ones in a row, and one that runs along it
+            if k == 0.0 { vec2(40.0 * t, 0.3) } else { vec2(0.9 * k + 0.3 * (k + t).sin(), 0.0) }
+        };
+        let count = 60;
+        let movable = vec![true; count];
+        let every: Vec<u32> = (0..count as u32).collect();
+        let mut kept = 0;
+        for step in 0..400 {
+            // it stands still for the first half
+            let t = if step < 200 { 0.001 * step as f64 } else { 0.02 * step as f64 };
+            let bounds: Vec<Aabb<Planar>> = (0..count)
+                .map(|k| {
+                    let at = place(k, if k == 0 && step < 200 { 0.0 } else { t });
+                    Aabb { min: at - vec2(0.5, 0.5), max: at + vec2(0.5, 0.5) }
+                })
+                .collect();
+            let changed = Changed {
+                others: &every,
+                asleep: &[],
+                stands_as_before: step > 0,
+                sleeps_as_before: step > 0,
+            };
+            let found = lasting.update(&mut broad, (&bounds, &movable), changed, &|_, _| true);
+            let meet = |(i, j): &&(u32, u32)| bounds[*i as usize].overlaps(&bounds[*j as usize]);
+            let found: Vec<(u32, u32)> = found.iter().filter(meet).copied().collect();
+            assert_eq!(found, anew.update(&bounds, &movable, &|_, _| true), "step {step}");
+            kept += usize::from(lasting.lasted > 0);
+        }
+        assert!(kept > 100, "{kept} steps without a search");
+    }
+}
