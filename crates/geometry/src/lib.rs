@@ -34,6 +34,7 @@ mod overlap;
 mod pair_planar;
 mod pair_spatial;
 mod planar;
+mod polygons;
 mod polytope;
 pub mod quadrature;
 mod quadrature_density;
