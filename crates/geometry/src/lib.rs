@@ -2,6 +2,7 @@
 //! Stands on a geometry library that nothing outside this crate names; knows no bodies and no solver.
 
 mod balls;
+mod box_faces;
 mod boxes;
 pub mod broad_phase;
 mod check;
@@ -52,6 +53,7 @@ mod spatial;
 mod spread;
 mod surface;
 pub mod tree;
+mod two_boxes;
 mod wall;
 
 pub use broad_phase::BroadPhase;

@@ -357,8 +357,8 @@ fn make_unique<S: Kernel>(points: &mut [ContactPoint<S>]) {
 mod tests {
     use super::*;
     use crate::geometry::Geometry;
-    use crate::shape::PlanarShape;
-    use carom_math::{Planar, Turn, Vec2, vec2};
+    use crate::shape::{PlanarShape, SpatialShape};
+    use carom_math::{Planar, Quaternion, Spatial, Turn, Vec2, Vec3, vec2, vec3};
 
     /// Numbers in [-1, 1), of a congruential generator.
     fn numbers() -> impl FnMut() -> f64 {
@@ -413,6 +413,40 @@ mod tests {
                         Pose::new(place, Turn::from_angle(turned * number()))
                     };
                     points += agree(a, b, [pose(0.8), pose(0.3)], [0.02, 0.3][k % 2]);
+                }
+            }
+        }
+        assert!(points > 20_000);
+    }
+
+    #[test]
+    fn boxes_touch_as_hulls_do() {
+        let mut number = numbers();
+        let mut shapes: Vec<SpatialShape> =
+            [[1.0, 1.0, 1.0], [0.9, 0.5, 0.7], [20.0, 20.0, 1.0], [0.2, 0.2, 3.0]]
+                .map(|size| SpatialShape::Box { size })
+                .to_vec();
+        shapes.push(SpatialShape::RoundBox { size: [0.6, 0.4, 0.5], radius: 0.1 });
+        let half = [0.5, 0.35, 0.5, 1.5, 0.35];
+        let all: Vec<Collider<Spatial>> =
+            shapes.iter().map(|s| Spatial::collider(s).expect("a shape")).collect();
+        let mut points = 0;
+        for (a, half_a) in all.iter().zip(half) {
+            for (b, half_b) in all.iter().zip(half) {
+                for k in 0..600 {
+                    // turned at random, or lying on each other but for a little
+                    let (turned, lies) = ([3.2, 1e-2, 1e-4][k % 3], k % 3 > 0);
+                    let mut turn = || {
+                        let axis = vec3(number(), number(), number());
+                        Quaternion::about(axis * turned)
+                    };
+                    let (turn_a, turn_b) = (turn(), turn());
+                    let mut place = |far: f64| vec3(far * number(), far * number(), far * number());
+                    let lift = if lies { vec3(0.0, 0.0, half_a + half_b) } else { Vec3::ZERO };
+                    let (at, by) = (place(0.3), place(if lies { 0.01 } else { 1.0 }));
+                    let beside = if lies { vec3(0.4 * number(), 0.4 * number(), 0.0) } else { Vec3::ZERO };
+                    let poses = [Pose::new(at + lift + by + beside, turn_a), Pose::new(at, turn_b)];
+                    points += agree(a, b, poses, [0.02, 0.3][k % 2]);
                 }
             }
         }

@@ -12,7 +12,7 @@ use carom_math::{Column, Planar, Pose, Spatial, Vec2, Vec3, vec2, vec3};
 /// Two gaps closer than this fraction of the scale are the same to rounding \[1\].
 pub const ROUNDING: f64 = 4e-15;
 /// Flat cores nearer than this fraction of the scale are treated as touching \[1\].
-const NEAR: f64 = 1e-9;
+pub const NEAR: f64 = 1e-9;
 /// Two solids with at most this many faces are tried by their axes first \[1\]; beyond, the distance search wins.
 const FEW_FACES: usize = 64;
 /// A found direction may mean a face whose normal leans this much along it \[1\].
