@@ -125,6 +125,17 @@ impl<'a> View<'a> {
         let axis = |k: usize| Vec3::from_fn(|i| if i == k { 1.0 } else { 0.0 });
         self.edges[..count].iter().map(edge).chain((0..axes).map(axis))
     }
+    /// The direction out across an edge of a triangle, in its plane and of any length; `None` of other cores.
+    #[inline]
+    pub fn out_across(&self, edge: usize) -> Option<Vec3> {
+        if self.faces.len() != 2 {
+            return None;
+        }
+        let [p, q] = self.edges[edge].map(|i| self.points[i as usize]);
+        let out = (q - p).cross(self.faces[0].normal);
+        let inward = out.dot(self.center - p) > 0.0;
+        Some(if inward { -out } else { out })
+    }
     /// Corner indices of a face.
     pub fn ring(&self, face: usize) -> &'a [u32] {
         let Face { first, count, .. } = self.faces[face];
