@@ -20,9 +20,6 @@ pub struct Edge {
     along: (Vec3, f64),
     /// Normals of its two faces, turned round for an edge of b; `None` where it has no two faces that bound a volume.
     pub arc: Option<[Vec3; 2]>,
-    /// Of a triangle's edge, whose arc is half a circle, the direction out across it in the plane, of any length; turned
-    /// round for an edge of b.
-    out: Option<Vec3>,
 }
 
 /// Two edges that may hold the overlap.
@@ -42,12 +39,12 @@ impl Edge {
     #[inline]
     pub fn of(a: &View, k: usize) -> Self {
         let name = a.edges[k];
-        Edge::new(name, name.map(|i| a.points[i as usize]), a.arcs.get(k).copied(), a.out_across(k))
+        Edge::new(name, name.map(|i| a.points[i as usize]), a.arcs.get(k).copied())
     }
     #[inline]
-    fn new(name: [u32; 2], ends: [Vec3; 2], arc: Option<[Vec3; 2]>, out: Option<Vec3>) -> Self {
+    fn new(name: [u32; 2], ends: [Vec3; 2], arc: Option<[Vec3; 2]>) -> Self {
         let along = ends[1] - ends[0];
-        Edge { name, ends, along: (along, along.norm_squared()), arc, out }
+        Edge { name, ends, along: (along, along.norm_squared()), arc }
     }
 }
 
@@ -61,7 +58,7 @@ impl Pair<'_> {
     #[inline]
     pub fn edge_of_b(&self, b: &View, k: usize, ends: [Vec3; 2]) -> Edge {
         let arc = b.arcs.get(k).map(|arc| arc.map(|m| -self.to_frame_a(m)));
-        Edge::new(b.edges[k], ends, arc, b.out_across(k).map(|out| -self.to_frame_a(out)))
+        Edge::new(b.edges[k], ends, arc)
     }
 
     /// The direction across an edge of each core, where they may support it; `centers` are points inside the cores.
@@ -71,7 +68,7 @@ impl Pair<'_> {
     }
     /// The same where their arcs may cross: one pair in ten.
     #[inline(never)]
-    fn crossing_of_arcs<'c>(
+    pub fn crossing_of_arcs<'c>(
         &self,
         of_a: &'c Edge,
         of_b: &'c Edge,
@@ -108,25 +105,9 @@ impl Pair<'_> {
 /// the other edge.
 #[inline(always)]
 fn arcs_straddle(of_a: &Edge, of_b: &Edge) -> bool {
+    let (Some([a, b]), Some([c, d])) = (&of_a.arc, &of_b.arc) else { return true };
     let ((u, uu), (v, vv)) = (of_a.along, of_b.along);
-    match (&of_a.arc, &of_b.arc, of_a.out, of_b.out) {
-        (Some([a, b]), Some([c, d]), ..) => {
-            c.dot(u) * d.dot(u) <= TOUCHING * uu && a.dot(v) * b.dot(v) <= TOUCHING * vv
-        }
-        (Some(arc), None, _, Some(out)) => crosses_half(*arc, out, v, vv),
-        (None, Some(arc), Some(out), _) => crosses_half(*arc, out, u, uu),
-        _ => true,
-    }
-}
-
-/// True where an arc of normals may cross the half circle across an edge `v` of a triangle, through `out`.
-#[inline(always)]
-fn crosses_half([a, b]: [Vec3; 2], out: Vec3, v: Vec3, vv: f64) -> bool {
-    let (av, bv) = (a.dot(v), b.dot(v));
-    // where the arc meets the circle's plane; of an arc in that plane nothing is said
-    let there = a * bv.abs() + b * av.abs();
-    let slack = 1e-9 * (av.abs() + bv.abs() + 1e-3 * vv.sqrt()) * out.norm();
-    av * bv <= TOUCHING * vv && there.dot(out) >= -slack
+    c.dot(u) * d.dot(u) <= TOUCHING * uu && a.dot(v) * b.dot(v) <= TOUCHING * vv
 }
 
 impl Crossing<'_> {

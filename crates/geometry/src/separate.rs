@@ -14,7 +14,7 @@ pub const ROUNDING: f64 = 4e-15;
 /// Flat cores nearer than this fraction of the scale are treated as touching \[1\].
 pub const NEAR: f64 = 1e-9;
 /// Two cores with faces, at most so many, are tried by their axes first \[1\]; beyond, the distance search wins.
-const FEW_FACES: usize = 64;
+const FEW_FACES: usize = 256;
 /// A found direction may mean a face whose normal leans this much along it \[1\].
 const FACES: f64 = 0.99;
 
