@@ -106,7 +106,9 @@ impl<F: Support> Job for Search<'_, F> {
 /// Heights of a point over four planes \[m\].
 #[inline(always)]
 fn heights<L: Lanes>(lanes: L, [x, y, z, offset]: &[[f64; ROW]; 4], p: Vec3) -> L::Four {
-    lanes.four(x) * lanes.four_of(p[0]) + lanes.four(y) * lanes.four_of(p[1]) + lanes.four(z) * lanes.four_of(p[2])
+    lanes.four(x) * lanes.four_of(p[0])
+        + lanes.four(y) * lanes.four_of(p[1])
+        + lanes.four(z) * lanes.four_of(p[2])
         - lanes.four(offset)
 }
 
@@ -152,7 +154,8 @@ mod tests {
         };
         for count in 4..40 {
             let mut vector = || vec3(number(), number(), number());
-            let normals: Vec<Vec3> = (0..count).map(|_| vector().normalized().expect("a direction")).collect();
+            let normals: Vec<Vec3> =
+                (0..count).map(|_| vector().normalized().expect("a direction")).collect();
             let others = Points((0..9).map(|_| vector() + vec3(0.3, 0.2, 0.9)).collect());
             let gap = |n: &Vec3| n.dot(others.farthest(carom_math::lanes::Portable, -*n)) - 1.0;
             let all: Vec<f64> = normals.iter().map(gap).collect();

@@ -265,7 +265,20 @@ impl Polytope {
         let columns = [Columns::of(points.iter().copied()), Columns::of(faces.iter().map(|f| f.normal))];
         let planes = Planes::of(faces.iter().map(|f| (f.normal, f.offset)));
         let (spans, spokes) = spans_and_spokes(&points, &edges);
-        Polytope { points, faces, rings, edges, arcs, center, size, half: None, columns, planes, spans, spokes }
+        Polytope {
+            points,
+            faces,
+            rings,
+            edges,
+            arcs,
+            center,
+            size,
+            half: None,
+            columns,
+            planes,
+            spans,
+            spokes,
+        }
     }
 }
 
