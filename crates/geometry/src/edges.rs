@@ -120,13 +120,13 @@ impl Job for Search<'_, '_, '_> {
         let mut rows = 0;
         loop {
             let (mut row, mut names, mut count) = (Row::default(), [0; 4], 0);
-            for at in 0..4 {
+            for (at, name) in names.iter_mut().enumerate() {
                 let Some(number) = others.next() else { break };
                 let Arc { span, ends } = b.arc(number);
                 for k in 0..3 {
                     (row.span[k][at], row.one[k][at], row.other[k][at]) = (span[k], ends[0][k], ends[1][k]);
                 }
-                (names[at], count) = (number as u16, at + 1);
+                (*name, count) = (number as u16, at + 1);
             }
             if count == 0 {
                 break;

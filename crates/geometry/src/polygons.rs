@@ -124,8 +124,8 @@ impl<const N: usize> Placed<N> {
     #[inline(always)]
     fn farthest<L: Lanes>(&self, lanes: L, direction: Vec2) -> usize {
         let mut along = [lanes.four_of(0.0); N];
-        for k in 0..N {
-            along[k] = dot(lanes, &self.rows[k].corner, direction);
+        for (along, row) in along.iter_mut().zip(&self.rows) {
+            *along = dot(lanes, &row.corner, direction);
         }
         first_of_largest(lanes, &along)
     }
@@ -133,8 +133,8 @@ impl<const N: usize> Placed<N> {
     #[inline(always)]
     fn edge_toward<L: Lanes>(&self, lanes: L, direction: Vec2) -> usize {
         let mut along = [lanes.four_of(0.0); N];
-        for k in 0..N {
-            along[k] = dot(lanes, &self.rows[k].normal, direction);
+        for (along, row) in along.iter_mut().zip(&self.rows) {
+            *along = dot(lanes, &row.normal, direction);
         }
         first_of_largest(lanes, &along)
     }
@@ -148,14 +148,12 @@ impl<const N: usize> Placed<N> {
         for j in 0..4 * M {
             let p = other.corner(j);
             let (x, y) = (lanes.four_of(p[0]), lanes.four_of(p[1]));
-            for k in 0..N {
-                let [nx, ny] = &self.rows[k].normal;
-                gaps[k] = (lanes.four(nx) * x + lanes.four(ny) * y).min(gaps[k]);
+            for (gap, Row { normal: [nx, ny], .. }) in gaps.iter_mut().zip(&self.rows) {
+                *gap = (lanes.four(nx) * x + lanes.four(ny) * y).min(*gap);
             }
         }
-        for k in 0..N {
-            let Row { normal: [nx, ny], corner: [x, y] } = &self.rows[k];
-            gaps[k] = gaps[k] - (lanes.four(nx) * lanes.four(x) + lanes.four(ny) * lanes.four(y));
+        for (gap, Row { normal: [nx, ny], corner: [x, y] }) in gaps.iter_mut().zip(&self.rows) {
+            *gap = *gap - (lanes.four(nx) * lanes.four(x) + lanes.four(ny) * lanes.four(y));
         }
         gaps
     }
@@ -182,8 +180,8 @@ fn largest<F: Four, const N: usize>(values: &[F; N]) -> f64 {
 #[inline(always)]
 fn no_less<L: Lanes, const N: usize>(lanes: L, values: &[L::Four; N], than: f64) -> u32 {
     let (than, mut less) = (lanes.four_of(than), 0);
-    for k in 0..N {
-        less |= values[k].less(than) << (4 * k);
+    for (k, value) in values.iter().enumerate() {
+        less |= value.less(than) << (4 * k);
     }
     less ^ ((1 << (4 * N)) - 1)
 }
@@ -238,11 +236,10 @@ impl Two<'_, '_> {
         let (x, y) = (lanes.four_of(position[0]), lanes.four_of(position[1]));
         let (mut rows_a, mut rows_b) = ([Row::default(); A], [Row::default(); B]);
         rows_a.copy_from_slice(&self.a.rows[..A]);
-        for k in 0..B {
-            let Row { corner, normal } = &self.b.rows[k];
+        for (row, Row { corner, normal }) in rows_b.iter_mut().zip(&self.b.rows) {
             let (px, py) = (lanes.four(&corner[0]), lanes.four(&corner[1]));
             let (nx, ny) = (lanes.four(&normal[0]), lanes.four(&normal[1]));
-            rows_b[k] = Row {
+            *row = Row {
                 corner: [(x + (c * px - s * py)).store(), (y + (s * px + c * py)).store()],
                 normal: [(c * nx - s * ny).store(), (s * nx + c * ny).store()],
             };
@@ -339,10 +336,9 @@ impl<const A: usize, const B: usize> Posed<A, B> {
             let p = b.corner(k);
             let (x, y) = (lanes.four_of(p[0]), lanes.four_of(p[1]));
             let mut closeness = [x; A];
-            for r in 0..A {
-                let [ax, ay] = &a.rows[r].corner;
+            for (closeness, Row { corner: [ax, ay], .. }) in closeness.iter_mut().zip(&a.rows) {
                 let (dx, dy) = (lanes.four(ax) - x, lanes.four(ay) - y);
-                closeness[r] = -(dx * dx + dy * dy);
+                *closeness = -(dx * dx + dy * dy);
             }
             let closest = largest(&closeness);
             if -closest < least {

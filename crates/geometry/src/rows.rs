@@ -83,8 +83,8 @@ impl<S: Space> Rows<S> {
         self.blocks.resize(self.keys.len().div_ceil(AT_ONCE), [[[0.0; AT_ONCE]; 2]; 3]);
         for (i, key) in self.keys.iter().enumerate() {
             let (own, block) = (&bounds[key.1 as usize], &mut self.blocks[i / AT_ONCE]);
-            for k in 0..S::DIM {
-                (block[k][0][i % AT_ONCE], block[k][1][i % AT_ONCE]) = (own.min[k], own.max[k]);
+            for (k, [low, high]) in block.iter_mut().enumerate().take(S::DIM) {
+                (low[i % AT_ONCE], high[i % AT_ONCE]) = (own.min[k], own.max[k]);
             }
         }
         self.starts.clear();
@@ -143,8 +143,8 @@ impl<S: Space, F: FnMut(u32, u32)> Sweep<'_, S, F> {
             let own = &blocks[i / AT_ONCE];
             let side = |k: usize, end: usize| own[k][end][i % AT_ONCE];
             let mut sides = [[lanes.four_of(0.0); 2]; 3];
-            for k in 0..S::DIM {
-                sides[k] = [lanes.four_of(side(k, 0)), lanes.four_of(side(k, 1))];
+            for (k, [low, high]) in sides.iter_mut().enumerate().take(S::DIM) {
+                (*low, *high) = (lanes.four_of(side(k, 0)), lanes.four_of(side(k, 1)));
             }
             let last = order(side(0, 1));
             if within {
