@@ -13,12 +13,12 @@ use carom_math::{Column, Pose, Spatial, Vec3};
 
 /// Squared sine of the angle between two edges below which they have no direction across \[1\]; `overlap` leaves out all
 /// up to 1e-18.
-const PARALLEL: f64 = 0.9e-18;
+pub const PARALLEL: f64 = 0.9e-18;
 /// Rounding of an s(n) times the length of its n, as a fraction of the scale \[1\].
-const ROUNDING: f64 = 1e-14;
+pub const ROUNDING: f64 = 1e-14;
 
 /// Directions whose sine is below this are left to the distance search where boxes are apart \[1\].
-const SKEW: f64 = 0.1;
+pub const SKEW: f64 = 0.1;
 
 /// Edges of a box by the bits of their lower corner other than that of their axis, axis by axis, in the order of its
 /// sorted edges.

@@ -265,10 +265,10 @@ impl<S: Space> BroadPhase<S> {
 #[derive(Clone, Debug, Default)]
 struct Found {
     pairs: Vec<(u32, u32)>,
-    /// Where the pairs of each first box begin.
+    /// Where the pairs of each box begin.
     starts: Vec<u32>,
-    /// Second boxes by first ones.
-    seconds: Vec<u32>,
+    /// Pairs in between.
+    others: Vec<(u32, u32)>,
 }
 
 impl Found {
@@ -279,36 +279,42 @@ impl Found {
             self.pairs.push((i, j));
         }
     }
-    /// Puts the pairs in lexicographic order: counted by their first box, the few of each sorted by their second. A few
-    /// among many boxes are sorted as they are.
+    /// Puts the pairs in lexicographic order: counted by their second box, then by their first. A few among many boxes
+    /// are sorted as they are.
     fn sort(&mut self, boxes: usize) {
         if 8 * self.pairs.len() < boxes {
             self.pairs.sort_unstable();
             return;
         }
-        self.starts.clear();
-        self.starts.resize(boxes + 1, 0);
-        for &(i, _) in &self.pairs {
-            self.starts[i as usize + 1] += 1;
+        let count = self.pairs.len();
+        if self.others.len() < count {
+            self.others.resize(count, (0, 0));
         }
-        for i in 0..boxes {
-            self.starts[i + 1] += self.starts[i];
-        }
-        self.seconds.clear();
-        self.seconds.resize(self.pairs.len(), 0);
-        for &(i, j) in &self.pairs {
-            let place = &mut self.starts[i as usize];
-            self.seconds[*place as usize] = j;
-            *place += 1;
-        }
-        // each start has moved to its end
-        let mut first = 0;
-        for (i, &end) in self.starts[..boxes].iter().enumerate() {
-            let (first_of_i, end) = (std::mem::replace(&mut first, end as usize), end as usize);
-            self.seconds[first_of_i..end].sort_unstable();
-            for k in first_of_i..end {
-                self.pairs[k] = (i as u32, self.seconds[k]);
-            }
-        }
+        let others = &mut self.others[..count];
+        count_sort(&self.pairs, others, &mut self.starts, boxes, |p| p.1);
+        count_sort(others, &mut self.pairs, &mut self.starts, boxes, |p| p.0);
+    }
+}
+
+/// Puts pairs in the order of a box of each, equals as they were.
+fn count_sort(
+    from: &[(u32, u32)],
+    to: &mut [(u32, u32)],
+    starts: &mut Vec<u32>,
+    boxes: usize,
+    key: impl Fn(&(u32, u32)) -> u32,
+) {
+    starts.clear();
+    starts.resize(boxes + 1, 0);
+    for pair in from {
+        starts[key(pair) as usize + 1] += 1;
+    }
+    for i in 0..boxes {
+        starts[i + 1] += starts[i];
+    }
+    for pair in from {
+        let place = &mut starts[key(pair) as usize];
+        to[*place as usize] = *pair;
+        *place += 1;
     }
 }

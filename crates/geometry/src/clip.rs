@@ -123,6 +123,7 @@ fn label(corner: &Corner, own: &[(Vec3, u32)], other: &[(Vec3, u32)]) -> Label {
 
 /// The corner between two edges of one ring. In a segment's ring both edges have both corners: the corner is
 /// where the first one ends.
-fn shared(p: [u32; 2], q: [u32; 2]) -> u32 {
+#[inline]
+pub fn shared(p: [u32; 2], q: [u32; 2]) -> u32 {
     if p[1] == q[0] { p[1] } else { p.into_iter().find(|v| q.contains(v)).unwrap_or(p[1]) }
 }

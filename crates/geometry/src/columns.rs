@@ -2,6 +2,7 @@
 //! time where the machine has registers for that. Knows no polytopes.
 
 use carom_math::Vec3;
+use carom_math::lanes::{Four, Job, Lanes, dispatch};
 #[cfg(target_arch = "x86_64")]
 use pulp::{Simd, WithSimd};
 
@@ -36,6 +37,54 @@ impl Columns {
             return Simd::vectorize(simd, Farthest(&self.rows, direction.0));
         }
         one_by_one(&self.rows, direction.0)
+    }
+}
+
+impl Columns {
+    /// The first of those that lie farthest along a direction, for who works in lanes already; 0 for none.
+    #[inline(always)]
+    pub fn farthest_in<L: Lanes>(&self, lanes: L, d: Vec3) -> usize {
+        let (x, y, z) = (lanes.four_of(d[0]), lanes.four_of(d[1]), lanes.four_of(d[2]));
+        let mut best = lanes.four_of(f64::NEG_INFINITY);
+        // numbers of vectors are small, so they are exact
+        let (row_of, mut number) = (lanes.four_of(ROW as f64), lanes.four(&[0.0, 1.0, 2.0, 3.0]));
+        let mut found = number;
+        for row in &self.rows {
+            let along = x * lanes.four(&row[0]) + y * lanes.four(&row[1]) + z * lanes.four(&row[2]);
+            found = best.if_less(along, number, found);
+            best = along.max(best);
+            number = number + row_of;
+        }
+        let (best, found) = (best.store(), found.store());
+        let mut winner = 0;
+        for k in 1..ROW {
+            if best[k] > best[winner] || (best[k] == best[winner] && found[k] < found[winner]) {
+                winner = k;
+            }
+        }
+        found[winner] as u32 as usize
+    }
+    /// The set, bit by bit, of those that are no farther along a direction than a level; of up to 64.
+    #[inline]
+    pub fn no_farther(&self, direction: Vec3, level: f64) -> u64 {
+        dispatch(NoFarther(&self.rows, direction, level))
+    }
+}
+
+struct NoFarther<'a>(&'a [Row], Vec3, f64);
+
+impl Job for NoFarther<'_> {
+    type Output = u64;
+    #[inline(always)]
+    fn work<L: Lanes>(self, lanes: L) -> u64 {
+        let NoFarther(rows, d, level) = self;
+        let (x, y, z) = (lanes.four_of(d[0]), lanes.four_of(d[1]), lanes.four_of(d[2]));
+        let (level, mut farther) = (lanes.four_of(level), 0);
+        for (k, row) in rows.iter().enumerate() {
+            let along = x * lanes.four(&row[0]) + y * lanes.four(&row[1]) + z * lanes.four(&row[2]);
+            farther |= u64::from(level.less(along)) << ((ROW * k) & 63);
+        }
+        !farther
     }
 }
 

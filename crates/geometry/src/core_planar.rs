@@ -4,6 +4,11 @@
 use carom_math::{Column, Vec2, vec2};
 use std::sync::Arc;
 
+/// Corners of a row.
+const ROW: usize = 4;
+/// Corners up to which a ring has rows.
+const MOST: usize = 2 * ROW;
+
 /// A convex core of the plane.
 #[derive(Clone, Debug)]
 pub enum PlanarCore {
@@ -12,7 +17,61 @@ pub enum PlanarCore {
     /// The core of a capsule, a wall, one piece of a polyline: corners and the normals of its two sides.
     Segment([Vec2; 2], [Vec2; 2]),
     /// Corners, counter-clockwise, and outward unit normals of the edges.
-    Polygon(Arc<(Vec<Vec2>, Vec<Vec2>)>),
+    Polygon(Arc<Polygon>),
+}
+
+/// A convex polygon.
+#[derive(Clone, Debug)]
+pub struct Polygon {
+    /// Corners, counter-clockwise \[m\].
+    corners: Vec<Vec2>,
+    /// Outward unit normals of the edges.
+    normals: Vec<Vec2>,
+    /// The same by component, where they are few.
+    rows: Option<Rows>,
+}
+
+/// A ring of few corners by component, for work on four at a time; what fills the last row up repeats the first.
+#[derive(Clone, Copy, Debug)]
+pub struct Rows {
+    /// Rows in use.
+    pub rows: [Row; MOST / ROW],
+    /// Corners.
+    pub corners: usize,
+    /// Edges; none of a point.
+    pub edges: usize,
+    /// Largest distance of a corner from the frame's origin \[m\].
+    pub size: f64,
+}
+
+/// Four corners and the edges that begin there.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Row {
+    /// Corners \[m\].
+    pub corner: [[f64; ROW]; 2],
+    /// Outward unit normals.
+    pub normal: [[f64; ROW]; 2],
+}
+
+impl Rows {
+    /// From corners and the normals of the edges that begin there; `None` where they are too many.
+    pub fn of(corners: &[Vec2], normals: &[Vec2]) -> Option<Self> {
+        let count = corners.len();
+        if count > MOST {
+            return None;
+        }
+        let mut rows = [Row::default(); MOST / ROW];
+        for i in 0..MOST {
+            let (at, from) = (i % ROW, if i < count { i } else { 0 });
+            let row = &mut rows[i / ROW];
+            for k in 0..2 {
+                row.corner[k][at] = corners[from][k];
+                row.normal[k][at] = normals.get(from).map_or(0.0, |m| m[k]);
+            }
+        }
+        let size = corners.iter().fold(0.0, |m: f64, p| m.max(p.norm_squared())).sqrt();
+        Some(Rows { rows, corners: count, edges: normals.len(), size })
+    }
 }
 
 /// Outward unit normal of the edge a -> b of a counter-clockwise ring.
@@ -31,8 +90,9 @@ impl PlanarCore {
     /// A polygon with the given corners, counter-clockwise and convex.
     pub fn polygon(corners: Vec<Vec2>) -> Self {
         let n = corners.len();
-        let normals = (0..n).map(|i| edge_normal(corners[i], corners[(i + 1) % n])).collect();
-        PlanarCore::Polygon(Arc::new((corners, normals)))
+        let normals: Vec<Vec2> = (0..n).map(|i| edge_normal(corners[i], corners[(i + 1) % n])).collect();
+        let rows = Rows::of(&corners, &normals);
+        PlanarCore::Polygon(Arc::new(Polygon { corners, normals, rows }))
     }
     /// A rectangle about the origin.
     pub fn rectangle(half: [f64; 2]) -> Self {
@@ -44,7 +104,7 @@ impl PlanarCore {
         match self {
             PlanarCore::Point(p) => p,
             PlanarCore::Segment(p, _) => p,
-            PlanarCore::Polygon(ring) => &ring.0,
+            PlanarCore::Polygon(ring) => &ring.corners,
         }
     }
     /// Normals of the edges; none for a point.
@@ -52,8 +112,13 @@ impl PlanarCore {
         match self {
             PlanarCore::Point(_) => &[],
             PlanarCore::Segment(_, m) => m,
-            PlanarCore::Polygon(ring) => &ring.1,
+            PlanarCore::Polygon(ring) => &ring.normals,
         }
+    }
+    /// The ring by component, of a polygon of few corners.
+    #[inline]
+    pub fn rows(&self) -> Option<&Rows> {
+        if let PlanarCore::Polygon(ring) = self { ring.rows.as_ref() } else { None }
     }
     /// Edge whose outward normal leans most along a direction, as the indices of its corners.
     pub fn edge_toward(&self, direction: Vec2) -> Option<(usize, usize)> {

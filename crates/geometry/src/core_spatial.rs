@@ -4,7 +4,9 @@
 
 use crate::core_planar::PlanarCore;
 use crate::kernel::Ring;
-use crate::polytope::{Face, Polytope, SEGMENT_EDGE, TRIANGLE_EDGES, TRIANGLE_RINGS, View, triangle_faces};
+use crate::polytope::{
+    Face, Polytope, SEGMENT_EDGE, TRIANGLE_EDGES, TRIANGLE_RINGS, TRIANGLE_SPOKES, View, triangle_faces,
+};
 use carom_math::{Column, Spatial, Turn, Vec3, vec2, vec3};
 use std::sync::Arc;
 
@@ -77,13 +79,23 @@ impl SpatialCore {
             center,
             half: None,
             columns: None,
+            planes: None,
+            spans: &[],
+            spokes: &[],
         };
         match self {
             SpatialCore::Point(p) => Some(bare(p, p[0])),
             SpatialCore::Segment(p) => Some(View { edges: &SEGMENT_EDGE, ..bare(p, (p[0] + p[1]) * 0.5) }),
             SpatialCore::Triangle(p, faces) => {
                 let center = (p[0] + p[1] + p[2]) * (1.0 / 3.0);
-                Some(View { faces, rings: &TRIANGLE_RINGS, edges: &TRIANGLE_EDGES, ..bare(p, center) })
+                let spokes = &TRIANGLE_SPOKES;
+                Some(View {
+                    faces,
+                    rings: &TRIANGLE_RINGS,
+                    edges: &TRIANGLE_EDGES,
+                    spokes,
+                    ..bare(p, center)
+                })
             }
             SpatialCore::Polytope(p) => Some(p.view()),
             SpatialCore::Round(_) => None,

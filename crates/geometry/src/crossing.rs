@@ -68,7 +68,7 @@ impl Pair<'_> {
     }
     /// The same where their arcs may cross: one pair in ten.
     #[inline(never)]
-    fn crossing_of_arcs<'c>(
+    pub fn crossing_of_arcs<'c>(
         &self,
         of_a: &'c Edge,
         of_b: &'c Edge,

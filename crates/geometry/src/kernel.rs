@@ -7,7 +7,7 @@
 
 use crate::collider::reach_box;
 use crate::few::Few;
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, ContactPoint};
 use carom_math::{Column, Pose, Rotation, Space};
 use std::fmt::Debug;
 
@@ -81,6 +81,17 @@ impl<S: Space> Default for Touch<S> {
     }
 }
 
+/// A posed core swept by a ball.
+#[derive(Clone, Copy)]
+pub struct Swept<'a, S: Kernel> {
+    /// The core.
+    pub core: &'a S::Core,
+    /// Radius of the ball \[m\].
+    pub radius: f64,
+    /// Frame of the core in the world.
+    pub pose: &'a Pose<S>,
+}
+
 /// Corners of a feature with their names.
 pub type Ring<S> = Few<(<S as Space>::Vector, u32), 8>;
 /// Where two cores may touch.
@@ -135,6 +146,11 @@ pub trait Kernel: Space {
         reach: f64,
         out: &mut Touches<Self>,
     );
+    /// Appends the contact points of two swept cores with gaps up to `margin` \[m\] in one go, where there is a way for
+    /// these cores, their names distinct; false where there is none. It says what `separation` and `manifold` say, but for rounding.
+    fn together(_a: Swept<Self>, _b: Swept<Self>, _margin: f64, _out: &mut Vec<ContactPoint<Self>>) -> bool {
+        false
+    }
     /// s(n) with the farthest points of both cores.
     fn along(a: &Self::Core, b: &Self::Core, b_in_a: &Pose<Self>, normal: Self::Vector) -> Separation<Self> {
         let (on_a, vertex_a) = Self::support(a, -normal);

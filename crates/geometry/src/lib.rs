@@ -2,6 +2,7 @@
 //! Stands on a geometry library that nothing outside this crate names; knows no bodies and no solver.
 
 mod balls;
+mod box_faces;
 mod boxes;
 pub mod broad_phase;
 mod check;
@@ -13,6 +14,7 @@ mod core_spatial;
 mod crossing;
 mod curved;
 pub mod decompose;
+mod edges;
 mod few;
 pub mod geometry;
 mod gjk;
@@ -34,6 +36,8 @@ mod overlap;
 mod pair_planar;
 mod pair_spatial;
 mod planar;
+mod planes;
+mod polygons;
 mod polytope;
 pub mod quadrature;
 mod quadrature_density;
@@ -51,6 +55,7 @@ mod spatial;
 mod spread;
 mod surface;
 pub mod tree;
+mod two_boxes;
 mod wall;
 
 pub use broad_phase::BroadPhase;

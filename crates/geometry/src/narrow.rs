@@ -6,7 +6,7 @@ use crate::balls::{Ball, ball_on_wall, two_balls};
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::few::Few;
 use crate::geometry::ContactPoint;
-use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Touches, mix, scale};
+use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touches, mix, scale};
 use crate::spread::{Places, spread};
 use crate::surface::Verdict;
 use crate::wall::{Facing, Wall};
@@ -51,6 +51,24 @@ pub(crate) fn contacts<S: Kernel>(
         out.extend(known);
         return;
     }
+    if let (Form::Convex(core_a, radius_a), Form::Convex(core_b, radius_b)) = (&*a.form, &*b.form) {
+        let swept = |core, radius, pose| Swept { core, radius, pose };
+        if S::together(swept(core_a, *radius_a, pose_a), swept(core_b, *radius_b, pose_b), margin, out) {
+            return;
+        }
+    }
+    by_pieces(a, pose_a, b, pose_b, margin, out);
+}
+
+/// The same, piece by piece.
+fn by_pieces<S: Kernel>(
+    a: &Collider<S>,
+    pose_a: &Pose<S>,
+    b: &Collider<S>,
+    pose_b: &Pose<S>,
+    margin: f64,
+    out: &mut Vec<ContactPoint<S>>,
+) {
     let first = out.len();
     let mut found = Found { margin, touches: Touches::<S>::default(), out, smallest: f64::INFINITY };
     let simple = |c: &Collider<S>| matches!(*c.form, Form::Convex(..) | Form::HalfSpace(_) | Form::Cavity(_));
@@ -332,5 +350,106 @@ fn make_unique<S: Kernel>(points: &mut [ContactPoint<S>]) {
         while points[..k].iter().any(|p| p.feature == points[k].feature) {
             points[k].feature = mix(points[k].feature, 1);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Geometry;
+    use crate::shape::{PlanarShape, SpatialShape};
+    use carom_math::{Planar, Quaternion, Spatial, Turn, Vec2, Vec3, vec2, vec3};
+
+    /// Numbers in [-1, 1), of a congruential generator.
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 7u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// What is found in one go is what is found piece by piece; the poses are of the two shapes.
+    fn agree<S: Kernel>(a: &Collider<S>, b: &Collider<S>, poses: [Pose<S>; 2], margin: f64) -> usize {
+        let [pose_a, pose_b] = poses;
+        let (mut one, mut other) = (Vec::new(), Vec::new());
+        contacts(a, &pose_a, b, &pose_b, margin, &mut one);
+        by_pieces(a, &pose_a, b, &pose_b, margin, &mut other);
+        let same = |p: &ContactPoint<S>, q: &ContactPoint<S>| {
+            p.feature == q.feature
+                && (p.point - q.point).norm() < 1e-11
+                && (p.normal - q.normal).norm() < 1e-11
+                && (p.gap - q.gap).abs() < 1e-12
+        };
+        let agree = one.len() == other.len() && one.iter().zip(&other).all(|(p, q)| same(p, q));
+        assert!(agree, "{a:?} {pose_a:?}\n{b:?} {pose_b:?}\n{one:#?}\n{other:#?}");
+        one.len()
+    }
+
+    #[test]
+    fn polygons_of_few_corners_touch_as_polygons_do() {
+        let mut number = numbers();
+        let ring = |n: usize, r: f64| -> Vec<Vec2> {
+            let turn = |k: usize| Turn::from_angle(std::f64::consts::TAU * k as f64 / n as f64);
+            (0..n).map(|k| turn(k).rotate(vec2(r, 0.1 * r))).collect()
+        };
+        let mut shapes = vec![
+            PlanarShape::Circle { radius: 0.4 },
+            PlanarShape::Capsule { length: 0.7, radius: 0.2 },
+            PlanarShape::RoundBox { size: [0.6, 0.4], radius: 0.1 },
+            PlanarShape::Segment { a: vec2(-0.5, 0.1), b: vec2(0.4, -0.2) },
+        ];
+        shapes.extend([3, 4, 5, 8].map(|n| PlanarShape::ConvexPolygon { points: ring(n, 0.5) }));
+        shapes.extend([1.0, 20.0].map(|x| PlanarShape::Box { size: [x, 1.0] }));
+        let all: Vec<Collider<Planar>> =
+            shapes.iter().map(|s| Planar::collider(s).expect("a shape")).collect();
+        let mut points = 0;
+        for a in &all {
+            for b in &all {
+                for k in 0..400 {
+                    let turned = [3.2, 1e-3][k % 2];
+                    let mut pose = |far: f64| {
+                        let place = vec2(far * number(), far * number());
+                        Pose::new(place, Turn::from_angle(turned * number()))
+                    };
+                    points += agree(a, b, [pose(0.8), pose(0.3)], [0.02, 0.3][k % 2]);
+                }
+            }
+        }
+        assert!(points > 20_000);
+    }
+
+    #[test]
+    fn boxes_touch_as_hulls_do() {
+        let mut number = numbers();
+        let mut shapes: Vec<SpatialShape> =
+            [[1.0, 1.0, 1.0], [0.9, 0.5, 0.7], [20.0, 20.0, 1.0], [0.2, 0.2, 3.0]]
+                .map(|size| SpatialShape::Box { size })
+                .to_vec();
+        shapes.push(SpatialShape::RoundBox { size: [0.6, 0.4, 0.5], radius: 0.1 });
+        let half = [0.5, 0.35, 0.5, 1.5, 0.35];
+        let all: Vec<Collider<Spatial>> =
+            shapes.iter().map(|s| Spatial::collider(s).expect("a shape")).collect();
+        let mut points = 0;
+        for (a, half_a) in all.iter().zip(half) {
+            for (b, half_b) in all.iter().zip(half) {
+                for k in 0..600 {
+                    // turned at random, or lying on each other but for a little
+                    let (turned, lies) = ([3.2, 1e-2, 1e-4][k % 3], k % 3 > 0);
+                    let mut turn = || {
+                        let axis = vec3(number(), number(), number());
+                        Quaternion::about(axis * turned)
+                    };
+                    let (turn_a, turn_b) = (turn(), turn());
+                    let mut place = |far: f64| vec3(far * number(), far * number(), far * number());
+                    let lift = if lies { vec3(0.0, 0.0, half_a + half_b) } else { Vec3::ZERO };
+                    let (at, by) = (place(0.3), place(if lies { 0.01 } else { 1.0 }));
+                    let beside = if lies { vec3(0.4 * number(), 0.4 * number(), 0.0) } else { Vec3::ZERO };
+                    let poses = [Pose::new(at + lift + by + beside, turn_a), Pose::new(at, turn_b)];
+                    points += agree(a, b, poses, [0.02, 0.3][k % 2]);
+                }
+            }
+        }
+        assert!(points > 20_000);
     }
 }

@@ -4,14 +4,35 @@
 //! Knows no radii.
 
 use crate::crossing::{Crossing, Edge};
+use crate::edges::{Reaching, pairs};
 use crate::few::Few;
 use crate::kernel::{Label, NONE, Separation};
+use crate::planes::{Search, Support};
 use crate::polytope::{Face, View};
 use crate::separate::{Pair, edge};
+use carom_math::lanes::{Lanes, dispatch};
 use carom_math::{Column, Space, Spatial, Vec3};
 
 /// A direction must beat the best so far by this fraction of the scale \[1\]: a resting face stays a face.
 pub const BIAS: f64 = 1e-10;
+
+/// Corners of one core of a pair, asked for and told in the other's frame.
+struct Opposite<'s, 'p> {
+    pair: &'s Pair<'p>,
+    view: &'s View<'p>,
+    /// They are a's.
+    of_a: bool,
+}
+
+impl Support for Opposite<'_, '_> {
+    #[inline(always)]
+    fn farthest<L: Lanes>(&self, lanes: L, direction: Vec3) -> Vec3 {
+        let Opposite { pair, view, of_a } = self;
+        let own = if *of_a { pair.to_frame_a(direction) } else { pair.to_frame_b(direction) };
+        let point = view.farthest(lanes, own);
+        if *of_a { pair.to_frame_b(point - pair.place.position) } else { pair.point_in_a(point) }
+    }
+}
 
 impl Pair<'_> {
     /// The best face normal or pair of crossed edges of two flat cores that touch or overlap.
@@ -75,35 +96,64 @@ impl Pair<'_> {
     /// The best face normal of either core; a's faces win ties. The witnesses are the corner that meets the face
     /// and its foot there. The first face beyond `reach` \[m\] ends the search.
     pub fn best_face(&self, a: &View, b: &View, reach: f64) -> Option<Separation<Spatial>> {
-        let bias = BIAS * self.scale;
-        let mut best: Option<Separation<Spatial>> = None;
-        let beats = |gap: f64, best: &Option<Separation<Spatial>>| best.is_none_or(|t| gap > t.gap + bias);
-        let toward = self.between_centers();
-        let mut corner = self.point_in_a(self.b.support(self.to_frame_b(toward)).0);
+        let of_a = self.best_face_of_a(a, b, reach);
+        if of_a.is_some_and(|s| s.gap > reach) {
+            return of_a;
+        }
+        let floor = of_a.map_or(f64::NEG_INFINITY, |s| s.gap + BIAS * self.scale);
+        self.best_face_of_b(a, b, [floor, reach]).or(of_a)
+    }
+
+    fn best_face_of_a(&self, a: &View, b: &View, reach: f64) -> Option<Separation<Spatial>> {
+        let (bias, toward) = (BIAS * self.scale, self.between_centers());
+        let point = self.point_in_a(self.b.support(self.to_frame_b(toward)).0);
+        if let Some(planes) = a.planes {
+            let support = Opposite { pair: self, view: b, of_a: false };
+            let search = Search { planes, point, floor: f64::NEG_INFINITY, bias, reach, support };
+            return dispatch(search).map(|best| self.along_face_of_a(&a.faces[best.face]));
+        }
+        let (mut corner, mut best) = (point, None);
         for f in a.faces {
-            if !beats(f.normal.dot(corner) - f.offset, &best) {
+            if best.is_some_and(|t: Separation<Spatial>| f.normal.dot(corner) - f.offset <= t.gap + bias) {
                 continue;
             }
             let found = self.along_face_of_a(f);
             corner = found.on_b;
-            if beats(found.gap, &best) {
+            if best.is_none_or(|t| found.gap > t.gap + bias) {
                 best = Some(found);
             }
             if found.gap > reach {
                 return Some(found);
             }
         }
-        let mut corner = self.a.support(-toward).0;
-        for f in b.faces {
+        best
+    }
+
+    /// The best face of b, if its s(n) is beyond `floor` \[m\].
+    fn best_face_of_b(&self, a: &View, b: &View, [floor, reach]: [f64; 2]) -> Option<Separation<Spatial>> {
+        let bias = BIAS * self.scale;
+        let mut corner = self.a.support(-self.between_centers()).0;
+        let placed = |f: &Face| {
             let normal = self.to_frame_a(f.normal);
-            let offset = f.offset + normal.dot(self.place.position);
-            if !beats(normal.dot(corner) - offset, &best) {
+            (normal, f.offset + normal.dot(self.place.position))
+        };
+        if let Some(planes) = b.planes {
+            let point = self.to_frame_b(corner - self.place.position);
+            let support = Opposite { pair: self, view: a, of_a: true };
+            let best = dispatch(Search { planes, point, floor, bias, reach, support })?;
+            let (normal, offset) = placed(&b.faces[best.face]);
+            return Some(self.along_face_of_b(normal, offset));
+        }
+        let (mut floor, mut best) = (floor, None);
+        for f in b.faces {
+            let (normal, offset) = placed(f);
+            if normal.dot(corner) - offset <= floor {
                 continue;
             }
             let found = self.along_face_of_b(normal, offset);
             corner = found.on_a;
-            if beats(found.gap, &best) {
-                best = Some(found);
+            if found.gap > floor {
+                (floor, best) = (found.gap + bias, Some(found));
             }
             if found.gap > reach {
                 return Some(found);
@@ -157,6 +207,18 @@ impl Pair<'_> {
         let depth = face.map_or(f64::INFINITY, |s| 2.0 * s.gap.abs() + 1e-9 * self.scale);
         let n = face.map_or(Vec3::ZERO, |s| s.normal);
         let (low, high) = face.map_or((0.0, 0.0), |s| (n.dot(s.on_a), n.dot(s.on_b)));
+        let centers = [a.center, self.point_in_a(b.center)];
+        let of_a = Reaching::of(a, n, low + depth);
+        let of_b = Reaching::of(b, -self.to_frame_b(n), depth - high + n.dot(self.place.position));
+        if let (Some(of_a), Some(of_b)) = (&of_a, &of_b) {
+            for [k, l] in pairs(of_a, of_b, &self.matrix).iter().map(|p| p.map(usize::from)) {
+                let (e, f) = (Edge::of(a, k), self.edge_of_b(b, l, self.ends_of_b(b, l)));
+                if let Some(crossing) = self.crossing_of_arcs(&e, &f, centers) {
+                    visit(&crossing);
+                }
+            }
+            return;
+        }
         // corners once, not for each of their edges; an edge reaches where one of its ends does
         let mut corners = Few::<(Vec3, bool), 32>::default();
         let placed = b.points.iter().map(|p| self.point_in_a(*p));
@@ -172,7 +234,6 @@ impl Pair<'_> {
         let mut reaches = Few::<bool, 32>::default();
         reaches.extend(a.points.iter().map(|p| n.dot(*p) <= low + depth));
         let (reaching, reaches) = (&reaching[..], &reaches[..]);
-        let centers = [a.center, self.point_in_a(b.center)];
         for (k, ends) in a.edges.iter().enumerate() {
             if reaches[ends[0] as usize] | reaches[ends[1] as usize] {
                 let e = Edge::of(a, k);

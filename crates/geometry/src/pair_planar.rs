@@ -3,15 +3,16 @@
 //! that face each other. Knows no radii and no composite shapes.
 
 use crate::core_planar::{PlanarCore, edge_normal};
-use crate::geometry::Aabb;
-use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Touch, Touches, scale};
+use crate::geometry::{Aabb, ContactPoint};
+use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches, scale};
+use crate::polygons;
 use crate::surface::around;
 use carom_math::{Column, Planar, Pose, Rotation, Vec2};
 
 /// Two gaps closer than this fraction of the scale are the same to rounding \[1\].
-const ROUNDING: f64 = 4e-15;
+pub const ROUNDING: f64 = 4e-15;
 /// Ends of two edges closer than this fraction of the scale are one end \[1\].
-const SAME_END: f64 = 1e-7;
+pub const SAME_END: f64 = 1e-7;
 
 impl Kernel for Planar {
     type Core = PlanarCore;
@@ -72,6 +73,9 @@ impl Kernel for Planar {
         }
         best.filter(|s| s.gap <= reach)
     }
+    fn together(a: Swept<Self>, b: Swept<Self>, margin: f64, out: &mut Vec<ContactPoint<Self>>) -> bool {
+        polygons::contacts(&a, &b, margin, out)
+    }
     fn manifold(
         a: &PlanarCore,
         b: &PlanarCore,
@@ -86,18 +90,22 @@ impl Kernel for Planar {
         facing_edges(a, b, b_in_a, found.normal, scale, out);
         let lowest = out.iter().fold(f64::INFINITY, |m, t| m.min(t.gap));
         if witnessed && lowest > found.gap + 1e-12 * scale {
-            let Separation { normal, gap, on_a, on_b, label } = *found;
-            if out.len() == 2 {
-                // the deeper of the two ends stays beside the witness
-                if out[0].gap > out[1].gap {
-                    out[0] = out[1];
-                }
-                out.truncate(1);
-            }
-            out.push(Touch { normal, gap, on_a, on_b, label });
+            beside_witness(found, out);
         }
         out.retain(|t| t.gap <= reach);
     }
+}
+
+/// Puts the witnesses of a direction beside the deeper of two ends.
+fn beside_witness(found: &Separation<Planar>, out: &mut Touches<Planar>) {
+    let Separation { normal, gap, on_a, on_b, label } = *found;
+    if out.len() == 2 {
+        if out[0].gap > out[1].gap {
+            out[0] = out[1];
+        }
+        out.truncate(1);
+    }
+    out.push(Touch { normal, gap, on_a, on_b, label });
 }
 
 fn farthest(corners: &[Vec2], direction: Vec2) -> usize {
@@ -188,7 +196,7 @@ fn nearest_corners(a: &PlanarCore, b: &PlanarCore, b_in_a: &Pose<Planar>) -> Sep
 }
 
 /// One end of an edge: place along the tangent, corner, name.
-type End = (f64, Vec2, u32);
+pub type End = (f64, Vec2, u32);
 
 /// Ends of the overlap, as seen along the normal, of the edges that face each other.
 fn facing_edges(
@@ -203,11 +211,24 @@ fn facing_edges(
     let (corners_a, corners_b) = (a.corners(), b.corners());
     let edge_a = a.edge_toward(-normal).unwrap_or((0, 0));
     let edge_b = b.edge_toward(b_in_a.rotation.unrotate(normal)).unwrap_or((0, 0));
-    let same = SAME_END * scale;
+    let end = |p: Vec2, name: usize| -> End { (tangent.dot(p), p, name as u32) };
+    let of_a = |i: usize| end(corners_a[i], i);
+    let of_b = |j: usize| end(b_in_a.to_world(corners_b[j]), j);
+    let ends = [[of_a(edge_a.0), of_a(edge_a.1)], [of_b(edge_b.0), of_b(edge_b.1)]];
+    between_ends(ends, normal, SAME_END * scale, |t| out.push(t));
+}
+
+/// Tells the ends of the overlap of two edges as seen along the normal from b to a, none where they are more than `same`
+/// \[m\] beside each other; true where they are not beside each other at all.
+#[inline(always)]
+pub fn between_ends(
+    [of_a, of_b]: [[End; 2]; 2],
+    normal: Vec2,
+    same: f64,
+    mut tell: impl FnMut(Touch<Planar>),
+) -> bool {
     // an edge along the normal shows only the end that comes first
-    let ends = |edge: (usize, usize), place: &dyn Fn(usize) -> Vec2, toward: Vec2| -> [End; 2] {
-        let end = |i: usize| (tangent.dot(place(i)), place(i), i as u32);
-        let (p, q) = (end(edge.0), end(edge.1));
+    let sorted = |[p, q]: [End; 2], toward: Vec2| -> [End; 2] {
         if (p.0 - q.0).abs() <= same {
             if toward.dot(p.1) >= toward.dot(q.1) { [p, p] } else { [q, q] }
         } else if p.0 < q.0 {
@@ -216,12 +237,11 @@ fn facing_edges(
             [q, p]
         }
     };
-    let on_a = ends(edge_a, &|i| corners_a[i], -normal);
-    let on_b = ends(edge_b, &|j| b_in_a.to_world(corners_b[j]), normal);
+    let (on_a, on_b) = (sorted(of_a, -normal), sorted(of_b, normal));
     let low = on_a[0].0.max(on_b[0].0);
     let high = on_a[1].0.min(on_b[1].0);
     if low > high + same {
-        return;
+        return false;
     }
     let touch = |at: f64| {
         let name = |e: &[End; 2]| match ((e[0].0 - at).abs() <= same, (e[1].0 - at).abs() <= same) {
@@ -233,13 +253,15 @@ fn facing_edges(
         let label = Label { a: name(&on_a), b: name(&on_b) };
         Touch { normal, gap: normal.dot(p - q), on_a: p, on_b: q, label }
     };
-    out.push(touch(low));
+    tell(touch(low));
     if high > low + same {
-        out.push(touch(high));
+        tell(touch(high));
     }
+    low <= high
 }
 
 /// Point of an edge at a place along the tangent; exact at its ends.
+#[inline(always)]
 fn at_place(ends: &[End; 2], at: f64) -> Vec2 {
     let [(low, p, _), (high, q, _)] = *ends;
     if at <= low || high <= low {

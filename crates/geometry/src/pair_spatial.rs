@@ -5,15 +5,16 @@ use crate::boxes::bounds_of_box;
 use crate::clip::{Patch, overlap};
 use crate::collider::reach_box;
 use crate::core_spatial::SpatialCore;
-use crate::geometry::Aabb;
-use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Touch, Touches};
+use crate::geometry::{Aabb, ContactPoint};
+use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches};
 use crate::polytope::triangle_normal;
 use crate::separate::Pair;
 use crate::spread::{Places, spread};
+use crate::two_boxes;
 use carom_math::{Column, Pose, Spatial, Vec3};
 
 /// Corners this close to a side count as inside, as a fraction of the scale \[1\].
-const SAME_SIDE: f64 = 1e-7;
+pub const SAME_SIDE: f64 = 1e-7;
 /// Depths this close are one, as a fraction of the scale \[1\].
 const SAME_DEPTH: f64 = 1e-9;
 /// Straight edges closer to parallel than this touch in two points \[rad\].
@@ -73,6 +74,9 @@ impl Kernel for Spatial {
     ) -> Option<Separation<Spatial>> {
         Pair::new(a, b, b_in_a).separation(reach)
     }
+    fn together(a: Swept<Self>, b: Swept<Self>, margin: f64, out: &mut Vec<ContactPoint<Self>>) -> bool {
+        two_boxes::contacts(&a, &b, margin, out)
+    }
     fn manifold(
         a: &SpatialCore,
         b: &SpatialCore,
@@ -92,24 +96,41 @@ impl Kernel for Spatial {
             }
             _ => facing_patches(&pair, found.normal, out),
         }
-        for t in out.iter_mut() {
-            // nothing is deeper than the farthest points: less comes from corners let in by the slack
-            let lift = (found.gap - t.gap).max(0.0);
-            (t.gap, t.on_a) = (t.gap + lift, t.on_a + t.normal * lift);
-        }
+        lift(out, found.gap);
         if witnessed {
             deepest_is_found(out, found, pair.scale);
         }
-        out.retain(|t| t.gap <= reach);
-        if out.len() > Spatial::PATCH {
-            let mut places = Places::<Vec3>::default();
-            places.extend(out.iter().map(|t| ((t.on_a + t.on_b) * 0.5, t.gap)));
-            let kept = spread::<Spatial>(&places, found.normal, Spatial::PATCH);
-            for (k, &i) in kept.iter().enumerate() {
-                out[k] = out[i];
-            }
-            out.truncate(kept.len());
+        keep_few(out, found.normal, reach);
+    }
+}
+
+/// What is made of the overlap of two faces along the normal of a separation with its own witnesses.
+pub fn settle(found: &Separation<Spatial>, scale: f64, reach: f64, out: &mut Touches<Spatial>) {
+    drop_twins(out, SAME_SIDE * scale);
+    lift(out, found.gap);
+    deepest_is_found(out, found, scale);
+    keep_few(out, found.normal, reach);
+}
+
+/// Nothing is deeper than the farthest points, at a gap \[m\]: less comes from corners let in by the slack.
+fn lift(out: &mut Touches<Spatial>, gap: f64) {
+    for t in out.iter_mut() {
+        let lift = (gap - t.gap).max(0.0);
+        (t.gap, t.on_a) = (t.gap + lift, t.on_a + t.normal * lift);
+    }
+}
+
+/// Leaves out touches beyond `reach` \[m\] and keeps a few of many.
+fn keep_few(out: &mut Touches<Spatial>, normal: Vec3, reach: f64) {
+    out.retain(|t| t.gap <= reach);
+    if out.len() > Spatial::PATCH {
+        let mut places = Places::<Vec3>::default();
+        places.extend(out.iter().map(|t| ((t.on_a + t.on_b) * 0.5, t.gap)));
+        let kept = spread::<Spatial>(&places, normal, Spatial::PATCH);
+        for (k, &i) in kept.iter().enumerate() {
+            out[k] = out[i];
         }
+        out.truncate(kept.len());
     }
 }
 
@@ -166,11 +187,13 @@ fn facing_patches(pair: &Pair, normal: Vec3, out: &mut Touches<Spatial>) {
 
 /// Removes meetings that stand on an earlier one.
 fn drop_twins(out: &mut Touches<Spatial>, slack: f64) {
-    let mut kept = 0;
-    for k in 0..out.len() {
-        let touch = out[k];
-        if out[..kept].iter().all(|t| (t.on_b - touch.on_b).norm() > slack) {
-            out[kept] = touch;
+    let (all, squared, mut kept): (&mut [Touch<Spatial>], _, _) = (out, slack * slack, 0);
+    for k in 0..all.len() {
+        let at = all[k].on_b;
+        if all[..kept].iter().all(|t| (t.on_b - at).norm_squared() > squared) {
+            if kept < k {
+                all[kept] = all[k];
+            }
             kept += 1;
         }
     }

@@ -3,6 +3,8 @@
 //! box or from one triangle. Knows no poses and no contacts.
 
 use crate::columns::Columns;
+use crate::planes::Planes;
+use carom_math::lanes::Lanes;
 use carom_math::{Column, Vec3, vec3};
 
 /// Corners of neighbouring triangles within this fraction of the polytope's size of a plane share a face \[1\].
@@ -42,7 +44,16 @@ pub struct Polytope {
     pub half: Option<Vec3>,
     /// The corners and the faces' normals once more, to look for the farthest.
     columns: [Columns; 2],
+    /// The faces' planes once more, to look for the best.
+    planes: Planes,
+    /// From the first to the second corner of each edge \[m\].
+    spans: Vec<Vec3>,
+    /// Edges at each corner, bit by bit, where corners are few enough.
+    spokes: Vec<EdgeSet>,
 }
+
+/// A set of edges by number, bit by bit.
+pub type EdgeSet = [u64; 3];
 
 /// Borrowed polytope, also for the cores that own no arrays.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +74,16 @@ pub struct View<'a> {
     pub half: Option<Vec3>,
     /// Columns of the corners and of the faces' normals, where they are many.
     pub columns: Option<&'a [Columns; 2]>,
+    /// Planes of the faces, where they are many.
+    pub planes: Option<&'a Planes>,
+    /// Spans of the edges, of solids \[m\].
+    pub spans: &'a [Vec3],
+    /// Edges at each corner, where they are not too many.
+    pub spokes: &'a [EdgeSet],
 }
+
+/// The edges at each corner of a triangle.
+pub const TRIANGLE_SPOKES: [EdgeSet; 3] = [[0b101, 0, 0], [0b011, 0, 0], [0b110, 0, 0]];
 
 /// Rings of the two sides of a triangle.
 pub const TRIANGLE_RINGS: [u32; 6] = [0, 1, 2, 2, 1, 0];
@@ -91,6 +111,24 @@ impl<'a> View<'a> {
             }
         }
         (self.points[best.0], best.0 as u32)
+    }
+    /// The same with this machine's instructions, without the index.
+    #[inline(always)]
+    pub fn farthest<L: Lanes>(&self, lanes: L, direction: Vec3) -> Vec3 {
+        if let Some(half) = self.half {
+            return Vec3::from_fn(|k| if direction[k] >= 0.0 { half[k] } else { -half[k] });
+        }
+        if let Some([points, _]) = self.columns {
+            return self.points[points.farthest_in(lanes, direction)];
+        }
+        let mut best = (self.points[0], direction.dot(self.points[0]));
+        for p in &self.points[1..] {
+            let along = direction.dot(*p);
+            if along > best.1 {
+                best = (*p, along);
+            }
+        }
+        best.0
     }
     /// Face whose normal leans most along a direction, with the cosine times the direction's length.
     #[inline]
@@ -124,6 +162,17 @@ impl<'a> View<'a> {
         let edge = move |e: &[u32; 2]| points[e[1] as usize] - points[e[0] as usize];
         let axis = |k: usize| Vec3::from_fn(|i| if i == k { 1.0 } else { 0.0 });
         self.edges[..count].iter().map(edge).chain((0..axes).map(axis))
+    }
+    /// The direction out across an edge of a triangle, in its plane and of any length; `None` of other cores.
+    #[inline]
+    pub fn out_across(&self, edge: usize) -> Option<Vec3> {
+        if self.faces.len() != 2 {
+            return None;
+        }
+        let [p, q] = self.edges[edge].map(|i| self.points[i as usize]);
+        let out = (q - p).cross(self.faces[0].normal);
+        let inward = out.dot(self.center - p) > 0.0;
+        Some(if inward { -out } else { out })
     }
     /// Corner indices of a face.
     pub fn ring(&self, face: usize) -> &'a [u32] {
@@ -162,6 +211,9 @@ impl Polytope {
             center: self.center,
             half: self.half,
             columns: self.half.is_none().then_some(&self.columns),
+            planes: self.half.is_none().then_some(&self.planes),
+            spans: &self.spans,
+            spokes: &self.spokes,
         }
     }
     /// A box about the origin; corner k has the signs of k's bits.
@@ -179,7 +231,11 @@ impl Polytope {
         let (half, size) = (vec3(half[0], half[1], half[2]), points[0].norm());
         let faces: Vec<Face> = (0..6).map(face).collect();
         let (edges, arcs) = edges_of(&faces, &rings);
+        let (spans, spokes) = spans_and_spokes(&points, &edges);
         Polytope {
+            spans,
+            spokes,
+            planes: Planes::default(),
             points,
             faces,
             rings,
@@ -207,7 +263,22 @@ impl Polytope {
         let center = points.iter().fold(Vec3::ZERO, |s, p| s + *p * (1.0 / points.len() as f64));
         let size = points.iter().fold(0.0, |m: f64, p| m.max(p.norm()));
         let columns = [Columns::of(points.iter().copied()), Columns::of(faces.iter().map(|f| f.normal))];
-        Polytope { points, faces, rings, edges, arcs, center, size, half: None, columns }
+        let planes = Planes::of(faces.iter().map(|f| (f.normal, f.offset)));
+        let (spans, spokes) = spans_and_spokes(&points, &edges);
+        Polytope {
+            points,
+            faces,
+            rings,
+            edges,
+            arcs,
+            center,
+            size,
+            half: None,
+            columns,
+            planes,
+            spans,
+            spokes,
+        }
     }
 }
 
@@ -227,19 +298,34 @@ pub fn triangle_normal(corners: &[Vec3]) -> Vec3 {
     product.normalized().unwrap_or(vec3(0.0, 0.0, 1.0))
 }
 
-/// Sorted, distinct edges of all rings, and the normals of the faces on their two sides.
+/// Sorted, distinct edges of all rings, and the normals of the faces on their two sides, right and left of the way from
+/// the smaller corner to the larger: left x right points along it.
 fn edges_of(faces: &[Face], rings: &[u32]) -> (Vec<[u32; 2]>, Vec<[Vec3; 2]>) {
-    let mut sides: Vec<([u32; 2], Vec3)> = Vec::new();
+    let mut sides: Vec<([u32; 2], bool, Vec3)> = Vec::new();
     for face in faces {
         let ring = &rings[face.first as usize..(face.first + face.count) as usize];
         for k in 0..ring.len() {
             let (u, v) = (ring[k], ring[(k + 1) % ring.len()]);
-            sides.push(([u.min(v), u.max(v)], face.normal));
+            sides.push(([u.min(v), u.max(v)], u < v, face.normal));
         }
     }
-    sides.sort_by_key(|s| s.0);
+    // of the two at an edge the face to the right of it first
+    sides.sort_by_key(|s| (s.0, s.1));
     let groups = || sides.chunk_by(|s, t| s.0 == t.0);
-    (groups().map(|g| g[0].0).collect(), groups().map(|g| [g[0].1, g[g.len() - 1].1]).collect())
+    (groups().map(|g| g[0].0).collect(), groups().map(|g| [g[0].2, g[g.len() - 1].2]).collect())
+}
+
+/// The span of each edge, and the edges at each corner where they fit into a set.
+fn spans_and_spokes(points: &[Vec3], edges: &[[u32; 2]]) -> (Vec<Vec3>, Vec<EdgeSet>) {
+    let spans = edges.iter().map(|e| points[e[1] as usize] - points[e[0] as usize]).collect();
+    if points.len() > 64 || edges.len() > 192 {
+        return (spans, Vec::new());
+    }
+    let mut spokes = vec![EdgeSet::default(); points.len()];
+    for (k, e) in edges.iter().enumerate() {
+        e.iter().for_each(|i| spokes[*i as usize][k / 64] |= 1 << (k % 64));
+    }
+    (spans, spokes)
 }
 
 /// Triangles gathered into faces: from the largest triangle outwards, neighbours join while their corners stay

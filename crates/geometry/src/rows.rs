@@ -5,6 +5,8 @@
 
 use crate::geometry::Aabb;
 use carom_math::Space;
+use carom_math::lanes::{Four, Job, Lanes, dispatch};
+use std::marker::PhantomData;
 
 /// A cell over the largest box \[1\]: more than what rounding makes of a place over the cell.
 const ROOM: f64 = 1.0 + 1e-6;
@@ -19,16 +21,20 @@ pub struct Rows<S: Space> {
     /// Row and place along it, and item.
     keys: Vec<(u64, u32)>,
     /// Items' bounds in the order of keys.
-    sorted: Vec<Aabb<S>>,
+    blocks: Vec<Block>,
     /// Where each row begins, by its number, ascending; a last one behind all.
     starts: Vec<(u32, u32)>,
-    /// Items that overlap one.
-    hits: Vec<u32>,
+    space: PhantomData<S>,
 }
+
+/// Boxes that are looked at together.
+const AT_ONCE: usize = 4;
+/// Their smallest coordinates and their largest ones, by component.
+type Block = [[[f64; AT_ONCE]; 2]; 3];
 
 impl<S: Space> Default for Rows<S> {
     fn default() -> Self {
-        Rows { keys: Vec::new(), sorted: Vec::new(), starts: Vec::new(), hits: Vec::new() }
+        Rows { keys: Vec::new(), blocks: Vec::new(), starts: Vec::new(), space: PhantomData }
     }
 }
 
@@ -58,25 +64,7 @@ impl<S: Space> Rows<S> {
     ) -> bool {
         let cell = size * ROOM;
         self.sort(items, bounds, cell);
-        let (mut looks, mut hits) = (LOOKS * items.len(), std::mem::take(&mut self.hits));
-        for r in 0..self.starts.len().saturating_sub(1) {
-            let (row, first) = self.starts[r];
-            let end = self.starts[r + 1].1;
-            if !self.sweep((first, end), None, cell, &mut looks, &mut hits, &mut visit) {
-                return false;
-            }
-            for beside in beside::<S>(row).into_iter().flatten() {
-                if let Ok(other) = self.starts[..self.starts.len() - 1].binary_search_by_key(&beside, |s| s.0)
-                {
-                    let there = (self.starts[other].1, self.starts[other + 1].1);
-                    if !self.sweep((first, end), Some(there), cell, &mut looks, &mut hits, &mut visit) {
-                        return false;
-                    }
-                }
-            }
-        }
-        self.hits = hits;
-        true
+        dispatch(Sweep { rows: self, cell, looks: LOOKS * items.len(), visit: &mut visit })
     }
 
     fn sort(&mut self, items: &[u32], bounds: &[Aabb<S>], cell: f64) {
@@ -91,8 +79,14 @@ impl<S: Space> Rows<S> {
             (row << 32 | u64::from(order(min[0])), i)
         }));
         self.keys.sort_unstable();
-        self.sorted.clear();
-        self.sorted.extend(self.keys.iter().map(|k| bounds[k.1 as usize]));
+        self.blocks.clear();
+        self.blocks.resize(self.keys.len().div_ceil(AT_ONCE), [[[0.0; AT_ONCE]; 2]; 3]);
+        for (i, key) in self.keys.iter().enumerate() {
+            let (own, block) = (&bounds[key.1 as usize], &mut self.blocks[i / AT_ONCE]);
+            for (k, [low, high]) in block.iter_mut().enumerate().take(S::DIM) {
+                (low[i % AT_ONCE], high[i % AT_ONCE]) = (own.min[k], own.max[k]);
+            }
+        }
         self.starts.clear();
         let mut last = None;
         for (k, key) in self.keys.iter().enumerate() {
@@ -103,48 +97,89 @@ impl<S: Space> Rows<S> {
         }
         self.starts.push((u32::MAX, self.keys.len() as u32));
     }
+}
 
-    /// Visits the pairs within a stretch of keys, or between two. False when there were too many looks.
-    #[inline]
-    fn sweep(
-        &self,
-        here: (u32, u32),
-        there: Option<(u32, u32)>,
-        cell: f64,
-        looks: &mut usize,
-        hits: &mut Vec<u32>,
-        visit: &mut impl FnMut(u32, u32),
-    ) -> bool {
-        let (mut from, end) = there.unwrap_or(here);
-        for i in here.0..here.1 {
-            let own = &self.sorted[i as usize];
-            let last = order(own.max[0]);
-            match there {
-                None => from = i + 1,
-                Some(_) => {
-                    // of boxes that begin at one place but for rounding the first is asked for all
-                    let first = order(f64::from((own.min[0] as f32).next_down()) - cell);
-                    while from < end && (self.keys[from as usize].0 as u32) < first {
-                        from += 1;
-                    }
+/// The sweep over all rows; false when there were too many looks.
+struct Sweep<'a, S: Space, F> {
+    rows: &'a Rows<S>,
+    cell: f64,
+    looks: usize,
+    visit: &'a mut F,
+}
+
+impl<S: Space, F: FnMut(u32, u32)> Job for Sweep<'_, S, F> {
+    type Output = bool;
+    #[inline(always)]
+    fn work<L: Lanes>(mut self, lanes: L) -> bool {
+        let starts = &self.rows.starts;
+        for r in 0..starts.len().saturating_sub(1) {
+            let (row, first) = starts[r];
+            let here = (first, starts[r + 1].1);
+            let mut stretches = [None; 5];
+            stretches[0] = Some(here);
+            for (stretch, beside) in stretches[1..].iter_mut().zip(beside::<S>(row)) {
+                let Some(beside) = beside else { continue };
+                if let Ok(other) = starts[..starts.len() - 1].binary_search_by_key(&beside, |s| s.0) {
+                    *stretch = Some((starts[other].1, starts[other + 1].1));
                 }
             }
-            let ahead = &self.keys[from as usize..end as usize];
-            let looked = ahead.iter().position(|k| k.0 as u32 > last).unwrap_or(ahead.len());
-            if looked > *looks {
+            for (k, there) in stretches.iter().enumerate() {
+                if there.is_some_and(|there| !self.pairs(lanes, here, there, k == 0)) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}
+
+impl<S: Space, F: FnMut(u32, u32)> Sweep<'_, S, F> {
+    /// Visits the pairs between two stretches of keys, or within one. False when there were too many looks.
+    #[inline(always)]
+    fn pairs<L: Lanes>(&mut self, lanes: L, here: (u32, u32), there: (u32, u32), within: bool) -> bool {
+        let (keys, blocks) = (self.rows.keys.as_slice(), self.rows.blocks.as_slice());
+        let (mut from, end) = (there.0 as usize, there.1 as usize);
+        for i in here.0 as usize..here.1 as usize {
+            let own = &blocks[i / AT_ONCE];
+            let side = |k: usize, end: usize| own[k][end][i % AT_ONCE];
+            let mut sides = [[lanes.four_of(0.0); 2]; 3];
+            for (k, [low, high]) in sides.iter_mut().enumerate().take(S::DIM) {
+                (*low, *high) = (lanes.four_of(side(k, 0)), lanes.four_of(side(k, 1)));
+            }
+            let last = order(side(0, 1));
+            if within {
+                from = i + 1;
+            } else {
+                // of boxes that begin at one place but for rounding the first is asked for all
+                let first = order(f64::from((side(0, 0) as f32).next_down()) - self.cell);
+                while from < end && (keys[from].0 as u32) < first {
+                    from += 1;
+                }
+            }
+            let mut at = from;
+            while at < end && keys[at].0 as u32 <= last {
+                let (block, begin) = (&blocks[at / AT_ONCE], at & !(AT_ONCE - 1));
+                // those of the four that begin later are apart along the row; those before or behind are not asked
+                let mut apart = (1 << (at - begin)) - 1;
+                if end - begin < AT_ONCE {
+                    apart |= (15 << (end - begin)) & 15;
+                }
+                for k in 0..S::DIM {
+                    let [low, high] = &block[k];
+                    apart |= sides[k][1].less(lanes.four(low)) | lanes.four(high).less(sides[k][0]);
+                }
+                let mut hits = apart ^ 15;
+                while hits != 0 {
+                    (self.visit)(keys[i].1, keys[begin + hits.trailing_zeros() as usize].1);
+                    hits &= hits - 1;
+                }
+                at = begin + AT_ONCE;
+            }
+            let looked = at.saturating_sub(from);
+            if looked > self.looks {
                 return false;
             }
-            *looks -= looked;
-            // whether two boxes overlap is a coin's toss: the hits are gathered without asking
-            hits.resize(hits.len().max(looked), 0);
-            let mut count = 0;
-            for (key, other) in ahead[..looked].iter().zip(&self.sorted[from as usize..]) {
-                hits[count] = key.1;
-                let apart = |k: usize| (own.min[k] > other.max[k]) | (other.min[k] > own.max[k]);
-                count += usize::from(!(0..S::DIM).fold(false, |any, k| any | apart(k)));
-            }
-            let item = self.keys[i as usize].1;
-            hits[..count].iter().for_each(|&other| visit(item, other));
+            self.looks -= looked;
         }
         true
     }

@@ -12,9 +12,9 @@ use carom_math::{Column, Planar, Pose, Spatial, Vec2, Vec3, vec2, vec3};
 /// Two gaps closer than this fraction of the scale are the same to rounding \[1\].
 pub const ROUNDING: f64 = 4e-15;
 /// Flat cores nearer than this fraction of the scale are treated as touching \[1\].
-const NEAR: f64 = 1e-9;
-/// Two solids with at most this many faces are tried by their axes first \[1\]; beyond, the distance search wins.
-const FEW_FACES: usize = 64;
+pub const NEAR: f64 = 1e-9;
+/// Two cores with faces, at most so many, are tried by their axes first \[1\]; beyond, the distance search wins.
+const FEW_FACES: usize = 256;
 /// A found direction may mean a face whose normal leans this much along it \[1\].
 const FACES: f64 = 0.99;
 
@@ -92,9 +92,9 @@ impl<'a> Pair<'a> {
     }
 
     fn flat(&self, a: &View, b: &View, reach: f64) -> Option<Separation<Spatial>> {
-        let solids = !a.arcs.is_empty() && !b.arcs.is_empty();
+        let faced = !a.faces.is_empty() && !b.faces.is_empty();
         let few = a.faces.len() + b.faces.len() <= FEW_FACES;
-        if let Some(known) = if solids && few { self.by_axes(a, b, reach) } else { None } {
+        if let Some(known) = if faced && few { self.by_axes(a, b, reach) } else { None } {
             return known;
         }
         let support = |d| self.corner(d, Vec3::ZERO);
@@ -120,7 +120,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// What the axes of two solids settle without a distance search: beyond reach, a corner standing over a face,
+    /// What the axes of two cores with faces settle without a distance search: beyond reach, a corner standing over a face,
     /// an overlap. `None` leaves it open.
     fn by_axes(&self, a: &View, b: &View, reach: f64) -> Option<Option<Separation<Spatial>>> {
         if let (Some(half_a), Some(half_b)) = (a.half, b.half) {

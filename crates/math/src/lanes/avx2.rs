@@ -1,8 +1,72 @@
-//! Eight numbers in one register of AVX2. The token is the proof that the processor has it, so no `unsafe` is needed.
+//! Eight numbers in one register of AVX2, or four of f64. The token is the proof that the processor has it, so no `unsafe` is needed.
 
-use super::{Eight, Job, Lanes, WIDTH};
+use super::{Eight, Four, Job, Lanes, WIDTH};
 use pulp::x86::V3;
-use std::arch::x86_64::__m256;
+use std::arch::x86_64::{__m256, __m256d};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Four numbers of f64 and the token.
+#[derive(Clone, Copy)]
+pub struct Doubles(V3, __m256d);
+
+macro_rules! operator {
+    ($trait:ident, $name:ident, $with:ident) => {
+        impl $trait for Doubles {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                Doubles(self.0, self.0.avx.$with(self.1, other.1))
+            }
+        }
+    };
+}
+operator!(Add, add, _mm256_add_pd);
+operator!(Sub, sub, _mm256_sub_pd);
+operator!(Mul, mul, _mm256_mul_pd);
+operator!(Div, div, _mm256_div_pd);
+
+impl Neg for Doubles {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        let avx = self.0.avx;
+        Doubles(self.0, avx._mm256_xor_pd(self.1, avx._mm256_set1_pd(-0.0)))
+    }
+}
+
+impl Four for Doubles {
+    #[inline(always)]
+    fn store(self) -> [f64; 4] {
+        pulp::cast(self.1)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Doubles(self.0, self.0.avx._mm256_max_pd(self.1, other.1))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Doubles(self.0, self.0.avx._mm256_min_pd(self.1, other.1))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        let avx = self.0.avx;
+        Doubles(self.0, avx._mm256_andnot_pd(avx._mm256_set1_pd(-0.0), self.1))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Doubles(self.0, self.0.avx._mm256_sqrt_pd(self.1))
+    }
+    #[inline(always)]
+    fn if_less(self, other: Self, yes: Self, no: Self) -> Self {
+        let less = self.0.avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_LT_OQ }>(self.1, other.1);
+        Doubles(self.0, self.0.avx._mm256_blendv_pd(no.1, yes.1, less))
+    }
+    #[inline(always)]
+    fn less(self, other: Self) -> u32 {
+        let less = self.0.avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_LT_OQ }>(self.1, other.1);
+        self.0.avx._mm256_movemask_pd(less) as u32
+    }
+}
 
 /// Rounds to the upper half of the bits, ties away from zero.
 #[inline(always)]
@@ -36,6 +100,15 @@ fn quarter(lanes: V3, one: (__m256, __m256), other: (__m256, __m256)) -> [__m256
 
 impl Lanes for V3 {
     type Reals = __m256;
+    type Four = Doubles;
+    #[inline(always)]
+    fn four(self, x: &[f64; 4]) -> Doubles {
+        Doubles(self, pulp::cast(*x))
+    }
+    #[inline(always)]
+    fn four_of(self, x: f64) -> Doubles {
+        Doubles(self, self.avx._mm256_set1_pd(x))
+    }
     #[inline(always)]
     fn all(self, x: f32) -> __m256 {
         self.avx._mm256_set1_ps(x)

@@ -1,12 +1,14 @@
-//! Eight numbers side by side in f32: one register holds the same quantity of eight contacts. One text runs on every
-//! processor: what a machine offers is found at run time, and `dispatch` is the door to it. Products and sums are
-//! rounded one by one, never fused, so that every machine gets the same bits. Knows no physics.
+//! Eight numbers side by side in f32: one register holds the same quantity of eight contacts; or four in f64, for what
+//! needs them. One text runs on every processor: what a machine offers is found at run time, and `dispatch` is the door
+//! to it. Products and sums are rounded one by one, never fused, so that every machine gets the same bits. Knows no physics.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+mod four;
 mod portable;
 mod real;
 
+pub use four::Four;
 pub use portable::Portable;
 pub use real::Real;
 
@@ -22,6 +24,12 @@ pub struct Eight(pub [f32; WIDTH]);
 pub trait Lanes: Copy + Send + Sync + 'static {
     /// Eight numbers in registers.
     type Reals: Copy + Send + Sync;
+    /// Four numbers of f64 in registers.
+    type Four: Four;
+    /// Four numbers from memory.
+    fn four(self, x: &[f64; 4]) -> Self::Four;
+    /// The same number four times.
+    fn four_of(self, x: f64) -> Self::Four;
     /// The same number eight times.
     fn all(self, x: f32) -> Self::Reals;
     /// From memory.
@@ -106,6 +114,44 @@ mod tests {
             }
             out
         }
+    }
+
+    struct ExerciseFour<'a>(&'a [[f64; 4]]);
+
+    impl Job for ExerciseFour<'_> {
+        type Output = (Vec<[u64; 4]>, Vec<u32>);
+        #[inline(always)]
+        fn work<L: Lanes>(self, lanes: L) -> Self::Output {
+            let (mut out, mut sets) = (Vec::new(), Vec::new());
+            for pair in self.0.windows(2) {
+                let (a, b) = (lanes.four(&pair[0]), lanes.four(&pair[1]));
+                let all = [
+                    a * b + a,
+                    a - b / a,
+                    a.max(b),
+                    a.min(b),
+                    (a * a).sqrt(),
+                    -a,
+                    a.abs(),
+                    a.if_less(b, lanes.four_of(1.0), lanes.four_of(2.0)),
+                ];
+                out.extend(all.map(|x| x.store().map(f64::to_bits)));
+                sets.push(a.less(b));
+            }
+            (out, sets)
+        }
+    }
+
+    #[test]
+    fn every_processor_gives_the_same_bits_of_four_numbers() {
+        let numbers: Vec<[f64; 4]> = (numbers().iter())
+            .map(|n| std::array::from_fn(|k| f64::from(n.0[k]) * (1.0 + 1e-9 * f64::from(n.0[7 - k]))))
+            .collect();
+        let any = |bits: u64| if f64::from_bits(bits).is_nan() { 0 } else { bits };
+        let bits = |(numbers, sets): (Vec<[u64; 4]>, Vec<u32>)| {
+            (numbers.into_iter().map(|n| n.map(any)).collect::<Vec<_>>(), sets)
+        };
+        assert_eq!(bits(dispatch(ExerciseFour(&numbers))), bits(Portable.run(ExerciseFour(&numbers))));
     }
 
     fn numbers() -> Vec<Eight> {

@@ -1,5 +1,6 @@
 //! Eight numbers as a plain array, for processors without registers of that width.
 
+use super::four::Plain;
 use super::{Eight, Job, Lanes, WIDTH};
 
 /// Any processor.
@@ -25,6 +26,15 @@ fn half(x: f32) -> u32 {
 
 impl Lanes for Portable {
     type Reals = Reals;
+    type Four = Plain;
+    #[inline(always)]
+    fn four(self, x: &[f64; 4]) -> Plain {
+        Plain(*x)
+    }
+    #[inline(always)]
+    fn four_of(self, x: f64) -> Plain {
+        Plain([x; 4])
+    }
     #[inline(always)]
     fn all(self, x: f32) -> Reals {
         [x; WIDTH]
