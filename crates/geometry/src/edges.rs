@@ -227,23 +227,45 @@ fn half<L: Lanes>(lanes: L, [av, bv]: [L::Four; 2], [ao, bo]: [L::Four; 2], [vv,
     apart ^ 15
 }
 
-/// The direction of a view in which nothing reaches beyond; for tests of order alone.
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::polytope::Polytope;
-    use carom_math::vec3;
+    use carom_math::lanes::Portable;
+    use carom_math::{Quaternion, Rotation, vec3};
 
     #[test]
-    fn pairs_of_crossed_boxes_are_those_of_the_edges_that_look_at_each_other() {
-        let cuboid = Polytope::cuboid([1.0, 1.0, 1.0]);
+    fn pairs_are_all_whose_arcs_cross_in_order_and_the_same_on_every_processor() {
+        let cuboid = Polytope::cuboid([1.0, 1.5, 2.0]);
         let view = cuboid.view();
-        let (sine, cosine) = (0.5f64.sqrt(), 0.5f64.sqrt());
-        // b turned by a right angle's half about x and y, below a
-        let turn_x = [[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]];
-        let all = || Reaching::of(&view, vec3(0.0, 0.0, 1.0), 9.0).expect("a box has arcs");
-        let found = pairs(&all(), &all(), &turn_x);
-        assert!(found.iter().all(|p| p[0] < 12 && p[1] < 12) && !found.is_empty());
-        assert!(found.windows(2).all(|w| w[0] < w[1]), "in order");
+        for k in 0..50 {
+            let x = f64::from(k);
+            let turn = Quaternion::about(vec3(0.3 + 0.1 * x, 0.2 * x, 1.0 - 0.05 * x));
+            let matrix = turn.matrix();
+            let all = || Reaching::of(&view, vec3(0.0, 0.0, 1.0), 9.0).expect("a box has arcs");
+            let (a, b) = (all(), all());
+            let found = pairs(&a, &b, &matrix);
+            assert!(found.windows(2).all(|w| w[0] < w[1]), "in order");
+            let mut portable = Pairs::default();
+            Portable.run(Search { a: &a, b: &b, matrix: &matrix, found: &mut portable });
+            assert_eq!(found[..], portable[..]);
+            // a direction is held by a corner of each, but where the arcs of two edges cross
+            let crossed = |e: &[Vec3; 2], f: [Vec3; 2]| {
+                let (one, other) = (e[1].cross(e[0]), f[1].cross(f[0]));
+                let (c, d) = (f[0].dot(one), f[1].dot(one));
+                let (p, q) = (e[0].dot(other), e[1].dot(other));
+                c * d < -1e-9 && p * q < -1e-9 && c * q > 1e-9
+            };
+            for (i, e) in view.arcs.iter().enumerate() {
+                for (j, f) in view.arcs.iter().enumerate() {
+                    let there = f.map(|m| -turn.rotate(m));
+                    let pair = [i as u16, j as u16];
+                    assert!(
+                        !crossed(e, there) || found.contains(&pair),
+                        "edges {pair:?}, turned by {turn:?}"
+                    );
+                }
+            }
+        }
     }
 }

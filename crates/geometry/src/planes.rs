@@ -76,10 +76,11 @@ impl<F: Support> Job for Search<'_, F> {
         }
         let bounds: &mut [[f64; ROW]] = &mut bounds;
         let mut best: Option<Best> = None;
-        loop {
+        // each face is asked once
+        for _ in 0..ROW * rows.len() {
             let (face, bound) = highest(lanes, bounds);
             if bound <= best.map_or(floor, |b| b.gap - bias) {
-                return best;
+                break;
             }
             let [x, y, z, offset] = &rows[face / ROW];
             let normal = vec3(x[face % ROW], y[face % ROW], z[face % ROW]);
@@ -100,6 +101,7 @@ impl<F: Support> Job for Search<'_, F> {
                 return Some(Best { face, gap });
             }
         }
+        best
     }
 }
 
@@ -171,6 +173,10 @@ mod tests {
             };
             let found = dispatch(search(f64::NEG_INFINITY, Points(others.0.clone()))).expect("a face");
             assert_eq!((found.gap, all[found.face]), (most, most));
+            let portable = carom_math::lanes::Portable
+                .run(search(f64::NEG_INFINITY, Points(others.0.clone())))
+                .expect("a face");
+            assert_eq!((portable.face, portable.gap), (found.face, found.gap));
             assert!(dispatch(search(most, Points(others.0.clone()))).is_none());
         }
     }

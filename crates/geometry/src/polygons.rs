@@ -354,3 +354,36 @@ impl<const A: usize, const B: usize> Posed<A, B> {
         Separation { normal, gap, on_a, on_b, label: Label::vertices(i as u32, j as u32) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_math::lanes::Portable;
+    use carom_math::{Pose, Turn};
+
+    #[test]
+    fn every_processor_finds_the_same_bits() {
+        let ring = |n: usize| -> Vec<Vec2> {
+            let turn = |k: usize| Turn::from_angle(std::f64::consts::TAU * k as f64 / n as f64);
+            (0..n).map(|k| turn(k).rotate(vec2(0.5, 0.1))).collect()
+        };
+        let cores = [3, 4, 5, 8].map(|n| PlanarCore::polygon(ring(n)));
+        for (k, a) in cores.iter().enumerate() {
+            for (l, b) in cores.iter().enumerate() {
+                for turn in 0..60 {
+                    let angle = 0.11 * f64::from(turn);
+                    let place = Pose::new(vec2(0.9, 0.02 * f64::from(turn) - 0.5), Turn::from_angle(angle));
+                    let swept = |core, pose| Swept { core, radius: 0.01 * k as f64, pose };
+                    let origin = Pose::default();
+                    let (own, other) = (swept(a, &place), swept(b, &origin));
+                    let (mut one, mut all) = (Vec::new(), Vec::new());
+                    let rows = [a, b].map(|core| core.rows().expect("few corners"));
+                    let pair = |out| Two { a: rows[0], b: rows[1], swept: [&own, &other], margin: 0.2, out };
+                    dispatch(pair(&mut one));
+                    Portable.run(pair(&mut all));
+                    assert_eq!(one, all, "polygons {k} and {l}, turned by {angle}");
+                }
+            }
+        }
+    }
+}

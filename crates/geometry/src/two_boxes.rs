@@ -21,17 +21,7 @@ pub fn contacts(
     margin: f64,
     out: &mut Vec<ContactPoint<Spatial>>,
 ) -> bool {
-    let (Some(half_a), Some(half_b)) = (half_of(a.core), half_of(b.core)) else { return false };
-    // the difference of positions first: far from the world's origin it is small and exact
-    let position = a.pose.rotation.unrotate(b.pose.position - a.pose.position);
-    let boxes = Boxes {
-        swept: [a, b],
-        halves: [half_a, half_b],
-        position,
-        rotation: a.pose.rotation.inverse().product(&b.pose.rotation),
-        scale: a.core.size() + b.core.size() + position.norm(),
-        reach: margin + a.radius + b.radius,
-    };
+    let Some(boxes) = Boxes::of([a, b], margin) else { return false };
     dispatch(Tell { boxes, out });
     true
 }
@@ -114,6 +104,24 @@ impl Job for Tell<'_, '_, '_> {
 #[inline(always)]
 fn dot(row: [f64; 3], v: Vec3) -> f64 {
     row[0] * v[0] + row[1] * v[1] + row[2] * v[2]
+}
+
+impl<'a, 'b> Boxes<'a, 'b> {
+    /// Two boxes; `None` where one is none.
+    #[inline]
+    fn of([a, b]: [&'a Swept<'b, Spatial>; 2], margin: f64) -> Option<Self> {
+        let halves = [half_of(a.core)?, half_of(b.core)?];
+        // the difference of positions first: far from the world's origin it is small and exact
+        let position = a.pose.rotation.unrotate(b.pose.position - a.pose.position);
+        Some(Boxes {
+            swept: [a, b],
+            halves,
+            position,
+            rotation: a.pose.rotation.inverse().product(&b.pose.rotation),
+            scale: a.core.size() + b.core.size() + position.norm(),
+            reach: margin + a.radius + b.radius,
+        })
+    }
 }
 
 impl Boxes<'_, '_> {
@@ -433,4 +441,44 @@ enum Edges {
     Unclear,
     /// The best; whether the edges pass each other inside both; the sine of the angle between them \[1\].
     Best { found: Separation<Spatial>, inside: bool, sine: f64 },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::polytope::Polytope;
+    use carom_math::lanes::Portable;
+    use std::sync::Arc;
+
+    #[test]
+    fn every_processor_finds_the_same_bits() {
+        let cores = [[0.5, 0.5, 0.5], [0.3, 0.2, 0.6], [4.0, 4.0, 0.5]]
+            .map(|half| SpatialCore::Polytope(Arc::new(Polytope::cuboid(half))));
+        let mut points = 0;
+        for a in &cores {
+            for b in &cores {
+                for k in 0..200 {
+                    let x = f64::from(k);
+                    let turn = Quaternion::about(vec3(
+                        0.01 * x,
+                        (0.37 * x) % 1.0,
+                        if k % 3 == 0 { 0.0 } else { 0.7 },
+                    ));
+                    let place = vec3((0.13 * x) % 0.6, (0.29 * x) % 0.5, 0.6 + (0.07 * x) % 0.5);
+                    let (pose, origin) = (Pose::new(place, turn), Pose::default());
+                    let (own, other) = (
+                        Swept { core: a, radius: 0.0, pose: &pose },
+                        Swept { core: b, radius: 0.1, pose: &origin },
+                    );
+                    let (mut one, mut all) = (Vec::new(), Vec::new());
+                    let tell = |out| Tell { boxes: Boxes::of([&own, &other], 0.1).expect("boxes"), out };
+                    dispatch(tell(&mut one));
+                    Portable.run(tell(&mut all));
+                    assert_eq!(one, all);
+                    points += one.len();
+                }
+            }
+        }
+        assert!(points > 1000);
+    }
 }
