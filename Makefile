@@ -9,7 +9,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: bench-instructions help demo test test-player test-firefox check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
+.PHONY: bench-instructions help demo test test-player test-firefox check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-hard bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings, replay pages and plots to out/"
@@ -230,10 +230,14 @@ bench-contact: $(VENV)/tools $(CONTACT) $(if $(filter none,$(REFERENCES)),,bench
 
 # our own problems: mass ratios, arches, cards, tables by every solver; cost against size
 LARGEST ?= 100000
-bench-contact-own bench-contact-piles: LIMIT ?= 60
+bench-contact-own bench-contact-piles bench-contact-hard: LIMIT ?= 60
 bench-contact-own: $(CONTACT)
 	$(CONTACT) structures --out $(BENCH)/results $(if $(SOLVERS),--solvers $(SOLVERS))
 	$(CONTACT) scaling --out $(BENCH)/results --largest $(LARGEST) --limit $(LIMIT) $(if $(SOLVERS),--solvers $(SOLVERS))
+
+# exact on what costs it most: lattices of balls pushed at random and sheared walls, up to 5,000 contacts, by seed
+bench-contact-hard: $(CONTACT)
+	$(CONTACT) hard --out $(BENCH)/results --seeds $(SEEDS) --limit $(LIMIT)
 
 # piles that carom has poured: what sweeps and exact reach, in what time and memory
 PILES ?= 1000,12000

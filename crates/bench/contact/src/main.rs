@@ -23,10 +23,11 @@ carom-contact: the contact solvers of carom
   generate    our own problems as files         --out FOLDER [--seed 1] [--seeds 1] [--piles 200,2000]
   structures  mass ratios, arches, cards, tables by every solver; solvers.csv
   scaling     cost against size, 1e2 to 1e5 contacts; scaling.csv      [--largest 100000]
+  hard        exact on pushed lattices and sheared walls up to 5,000 contacts; hard.csv      [--seed 1] [--seeds 1]
   stress      solved share under random impulses and friction; stress.csv
               [--folder FOLDER of .bin] [--seed 1] [--seeds 1] [--largest 100000]
 
-Options of the last three: [--solvers A,B] [--tolerance 1e-8] [--limit 10] [--out FOLDER of results]";
+Options of the last four: [--solvers A,B] [--tolerance 1e-8] [--limit 10] [--out FOLDER of results]";
 
 fn run(words: &[String]) -> Result<(), String> {
     let Some((command, rest)) = words.split_first() else { return Err(USAGE.into()) };
@@ -36,6 +37,7 @@ fn run(words: &[String]) -> Result<(), String> {
         "generate" => generate::run(&options()?),
         "structures" => structures_table::run(&options()?),
         "scaling" => scaling::run(&options()?),
+        "hard" => scaling::hard(&options()?),
         "stress" => stress_run::run(&options()?),
         _ => Err(USAGE.into()),
     }

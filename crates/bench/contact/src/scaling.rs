@@ -1,6 +1,7 @@
 //! `carom-contact scaling`: cost against size on walls and lattices of 1e2 to 1e5 contacts. First-order methods: CPU
 //! time of one iteration, on the bodies and on the assembled W. `exact`: CPU time to the tolerance. With `--piles`,
 //! piles of so many bodies in place of these: `pgs`, `nncg` and `exact` to the tolerance, or to the limit.
+//! `carom-contact hard`: `exact` on the problems of 5,000 contacts that cost it most.
 
 use crate::clock::thread_seconds;
 use crate::options::Options;
@@ -19,6 +20,11 @@ const WALLS: [usize; 7] = [4, 7, 12, 20, 36, 63, 112];
 const EDGES: [usize; 7] = [3, 5, 7, 10, 15, 22, 32];
 /// Methods whose cost is told per iteration.
 const FIRST_ORDER: [&str; 3] = ["pgs", "nncg", "apgd"];
+
+/// Rows of the walls that are sheared: 1,060 and 4,804 contacts.
+const SHEARED: [usize; 2] = [12, 25];
+/// Balls along an edge of the lattices that are pushed: 1,408 and 4,896 contacts.
+const PUSHED: [usize; 2] = [8, 12];
 
 /// Solvers that are let run to the tolerance on piles.
 const PATIENT: [&str; 3] = ["pgs", "nncg", "exact"];
@@ -200,6 +206,32 @@ fn piles(options: &Options) -> Result<(), String> {
             let cost = Cost { solver: kind.name(), form: "bodies", what: &what, seconds, reached };
             lines.push("pile", &problem, &cost);
             save(options.out.as_deref(), "piles.csv", COLUMNS, &lines.all)?;
+        }
+    }
+    Ok(())
+}
+
+/// Prints and saves `hard.csv`: lattices of balls pushed at random and sheared walls, on the bodies, by every seed; to the
+/// tolerance, or to the limit.
+///
+/// # Errors
+/// What the file system says.
+pub fn hard(options: &Options) -> Result<(), String> {
+    let mut lines = Lines { all: Vec::new() };
+    let what = format!("to {:e}", options.tolerance);
+    let exact = SolverKind::ALL.into_iter().find(|k| k.name() == "exact").ok_or("no solver is exact")?;
+    for seed in options.seed..options.seed + options.seeds {
+        let pushed = PUSHED.iter().map(|&n| ("pushed", sphere_lattice(n, &Variation::perturbed(seed))));
+        let sheared = SHEARED.iter().map(|&n| ("sheared", brick_wall(n, n, &Variation::sheared(seed))));
+        for (family, problem) in pushed.chain(sheared) {
+            let problem = problem.map_err(|e| e.to_string())?;
+            if problem.contacts.len() > options.largest {
+                continue;
+            }
+            let (seconds, reached, _) = on_bodies(exact, &problem, &matrix_form(&problem), options);
+            let cost = Cost { solver: "exact", form: "bodies", what: &what, seconds, reached };
+            lines.push(family, &problem, &cost);
+            save(options.out.as_deref(), "hard.csv", COLUMNS, &lines.all)?;
         }
     }
     Ok(())

@@ -1,6 +1,8 @@
 //! Nested dissection (George 1973): a few nodes part the graph in two, the parts are eliminated first and the
-//! separator last; parts are parted again. The first cut lies half way between two nodes far from each other;
-//! single nodes then move while the separator shrinks (Fiduccia and Mattheyses 1982, for vertex separators).
+//! separator last; parts are parted again. A cut lies half way between two nodes far from each other, and of the cuts
+//! between several such nodes the smallest is taken: in a box, those between opposite corners run askew, those between
+//! neighbouring corners straight, and which of them part the fewest nodes is for the graph to say. Single nodes then
+//! move while the separator shrinks (Fiduccia and Mattheyses 1982, for vertex separators).
 
 use super::graph::Graph;
 
@@ -8,6 +10,12 @@ use super::graph::Graph;
 const LEAF: usize = 128;
 /// Neither side may hold more than this share.
 const UNEVEN: f64 = 0.6;
+/// Nodes from which nodes far away are looked for, beside the two far from each other.
+const SEEDS: usize = 6;
+/// Far nodes between which cuts are tried.
+const CORNERS: usize = 6;
+/// Cuts whose separators are refined.
+const TRIED: usize = 3;
 /// Passes over a separator, each as long as it shrinks it.
 const PASSES: usize = 8;
 
@@ -22,7 +30,7 @@ pub fn dissected(graph: &Graph, leaf: impl Fn(&Graph) -> Vec<u32>) -> Vec<u32> {
         graph,
         label: vec![0; n],
         labels: 0,
-        distance: [vec![0; n], vec![0; n]],
+        distance: vec![vec![0; n]; CORNERS],
         side: vec![FIRST; n],
         weight: [vec![0; n], vec![0; n]],
         locked: vec![false; n],
@@ -40,8 +48,8 @@ struct Dissection<'a> {
     /// The part that a node belongs to.
     label: Vec<u32>,
     labels: u32,
-    /// Steps from each of two far nodes.
-    distance: [Vec<u32>; 2],
+    /// Steps from each of several far nodes.
+    distance: Vec<Vec<u32>>,
     side: Vec<u8>,
     /// Scalars among a node's neighbours on either side.
     weight: [Vec<u32>; 2],
@@ -85,10 +93,8 @@ impl Dissection<'_> {
         if reached.len() < nodes.len() {
             return self.divide_pieces(nodes, reached, leaf);
         }
-        let far = self.search(nodes, reached[reached.len() - 1], 0);
-        self.search(nodes, far[far.len() - 1], 1);
-        let balance = self.halve(nodes);
-        self.refine(nodes, balance);
+        let corners = self.corners(nodes, reached[reached.len() - 1]);
+        self.cut(nodes, corners);
         let side = |wanted: u8| -> Vec<u32> {
             nodes.iter().copied().filter(|&i| self.side[i as usize] == wanted).collect()
         };
@@ -99,6 +105,44 @@ impl Dissection<'_> {
         self.divide(&first, leaf);
         self.divide(&second, leaf);
         self.order.extend_from_slice(&between);
+    }
+
+    /// Leaves the distances from nodes far from each other, one of them the given one; how many there are.
+    fn corners(&mut self, nodes: &[u32], first: u32) -> usize {
+        let mut corners = vec![first];
+        let mut far = *self.search(nodes, first, 0).last().unwrap_or(&first);
+        for seed in 0..=SEEDS {
+            if !corners.contains(&far) {
+                self.search(nodes, far, corners.len());
+                corners.push(far);
+            }
+            if corners.len() == CORNERS || seed == SEEDS {
+                break;
+            }
+            // the next memory serves for the search from a seed too
+            let start = nodes[(2 * seed + 1) * nodes.len() / (2 * SEEDS)];
+            far = *self.search(nodes, start, corners.len()).last().unwrap_or(&start);
+        }
+        corners.len()
+    }
+
+    /// Parts the nodes by the best cut between two of the corners.
+    fn cut(&mut self, nodes: &[u32], corners: usize) {
+        let pairs = (0..corners).flat_map(|b| (0..b).map(move |a| [a, b]));
+        let mut cuts: Vec<_> = pairs.map(|pair| (self.halve(nodes, pair).cost(), pair)).collect();
+        cuts.sort_unstable();
+        cuts.truncate(TRIED);
+        let mut best: Option<((u32, u32), Vec<u8>)> = None;
+        for (_, pair) in cuts {
+            let balance = self.halve(nodes, pair);
+            let cost = self.refine(nodes, balance).cost();
+            if best.as_ref().is_none_or(|b| cost < b.0) {
+                best = Some((cost, nodes.iter().map(|&i| self.side[i as usize]).collect()));
+            }
+        }
+        if let Some((_, sides)) = best {
+            nodes.iter().zip(sides).for_each(|(&i, side)| self.side[i as usize] = side);
+        }
     }
 
     /// Orders a part that is not connected, piece by piece.
@@ -184,13 +228,13 @@ impl Dissection<'_> {
         reached
     }
 
-    /// Cuts half way between the two far nodes; the separator is the boundary of the lighter kind.
-    fn halve(&mut self, nodes: &[u32]) -> Balance {
+    /// Cuts half way between two far nodes; the separator is the boundary of the lighter kind.
+    fn halve(&mut self, nodes: &[u32], [a, b]: [usize; 2]) -> Balance {
         let size = |i: u32| self.graph.sizes[i as usize];
         let total: u32 = nodes.iter().map(|&i| size(i)).sum();
         let mut along = nodes.to_vec();
         let place =
-            |i: u32| i64::from(self.distance[0][i as usize]) - i64::from(self.distance[1][i as usize]);
+            |i: u32| i64::from(self.distance[a][i as usize]) - i64::from(self.distance[b][i as usize]);
         along.sort_by_key(|&i| (place(i), i));
         let mut held = 0;
         for &i in &along {
@@ -218,7 +262,7 @@ impl Dissection<'_> {
     }
 
     /// Moves nodes out of the separator while that makes it smaller.
-    fn refine(&mut self, nodes: &[u32], mut balance: Balance) {
+    fn refine(&mut self, nodes: &[u32], mut balance: Balance) -> Balance {
         for &i in nodes {
             let own = self.label[i as usize];
             let mut weight = [0; 3];
@@ -236,6 +280,7 @@ impl Dissection<'_> {
                 break;
             }
         }
+        balance
     }
 
     /// One pass: the best move again and again, even where it costs; then back to the best separator met.
