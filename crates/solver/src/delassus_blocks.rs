@@ -2,8 +2,10 @@
 
 use crate::cone_matrix::norm_or_one;
 use crate::delassus::Csr;
+use crate::exact::couplings::Couplings;
 use crate::exact::operator::Matrix;
 use crate::linear::Graph;
+use std::borrow::Cow;
 use std::ops::Deref;
 use std::sync::{Arc, OnceLock};
 
@@ -15,27 +17,27 @@ pub struct Delassus {
     blocks: OnceLock<Made>,
 }
 
-/// W in blocks, and the spectral norms of the diagonal ones, 1 for a block of zeros.
+/// What solvers read of W.
 #[derive(Clone, Debug)]
-struct Made {
-    matrix: Arc<Matrix>,
-    norms: Arc<[f64]>,
+pub(crate) struct Made {
+    /// W in blocks.
+    pub matrix: Arc<Matrix>,
+    /// The spectral norms of its diagonal blocks, 1 for a block of zeros.
+    pub norms: Arc<[f64]>,
+    /// The blocks off its diagonal, as sweeps read them.
+    pub couplings: Arc<Couplings>,
 }
 
 impl Delassus {
-    /// W in blocks of `dimension` rows.
-    pub(crate) fn blocks(&self, dimension: usize) -> Arc<Matrix> {
-        self.made(dimension, |made| made.matrix.clone())
-    }
-    /// The spectral norms of its diagonal blocks, 1 for a block of zeros.
-    pub(crate) fn norms(&self, dimension: usize) -> Arc<[f64]> {
-        self.made(dimension, |made| made.norms.clone())
-    }
-    fn made<T>(&self, dimension: usize, read: impl Fn(&Made) -> T) -> T {
-        let make = || Made::of(&self.rows, dimension);
-        let kept = self.blocks.get_or_init(make);
+    /// W in blocks of `dimension` rows, with what is read of them.
+    pub(crate) fn made(&self, dimension: usize) -> Cow<'_, Made> {
+        let kept = self.blocks.get_or_init(|| Made::of(&self.rows, dimension));
         // the same W may be read with other contacts
-        if kept.matrix.dimension() == dimension { read(kept) } else { read(&make()) }
+        if kept.matrix.dimension() == dimension {
+            Cow::Borrowed(kept)
+        } else {
+            Cow::Owned(Made::of(&self.rows, dimension))
+        }
     }
 }
 
@@ -49,7 +51,8 @@ impl Made {
         };
         let norm = |at: &u32| norm(&matrix.values[*at as usize..][..dimension * dimension]);
         let norms = matrix.diagonal.iter().map(norm).collect();
-        Made { matrix: Arc::new(matrix), norms }
+        let couplings = Arc::new(Couplings::of(&matrix));
+        Made { matrix: Arc::new(matrix), norms, couplings }
     }
 }
 

@@ -3,8 +3,7 @@
 //! theory chapter 7). Knows no bodies: W is whatever was measured or assembled.
 
 use crate::delassus_blocks::Delassus;
-use crate::exact::lane::padded;
-use crate::exact::row::product;
+use crate::exact::couplings::{places, product, spread};
 use crate::problem::ProblemError;
 
 /// Find r with u = W r + q and Coulomb's law at every contact; contact i owns rows d i .. d i + d - 1.
@@ -27,7 +26,7 @@ impl FrictionProblem {
     }
     /// Brings W into the blocks that solvers work on; the first solve does it otherwise.
     pub fn prepare(&self) {
-        self.matrix.blocks(self.dimension);
+        self.matrix.made(self.dimension);
     }
     /// Checks shapes and numbers of a problem that came from outside.
     ///
@@ -181,25 +180,25 @@ const FEW: usize = 16;
 
 /// The same with the number of rows per contact known beforehand.
 pub(crate) fn measured_in<const D: usize>(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
-    let (w, norms) = (problem.matrix.blocks(D), problem.matrix.norms(D));
+    let made = problem.matrix.made(D);
+    let (w, norms) = (&*made.matrix, &*made.norms);
     let (impulses, _) = impulses.as_chunks::<D>();
     let count = impulses.len();
     if let [alone] = impulses {
         let row = |r: usize| (0..D).map(|c| w.values[r * D + c] * alone[c]).sum();
-        return judged(problem, impulses, &norms, &[std::array::from_fn(row)]);
+        return judged(problem, impulses, norms, &[std::array::from_fn(row)]);
     }
+    let size = count * places(D);
     if count > FEW {
-        let mut spaced = impulses.to_vec();
-        spaced.resize(padded(count), [0.0; D]);
-        let mut velocity = vec![[0.0; D]; count];
-        product(&w, &spaced, &mut velocity);
-        return judged(problem, impulses, &norms, &velocity);
+        let (mut spaced, mut velocity) = (vec![0.0; size], vec![[0.0; D]; count]);
+        spread(impulses, &mut spaced);
+        product(&made.couplings, w, &spaced, &mut velocity);
+        return judged(problem, impulses, norms, &velocity);
     }
-    // a whole register may be read past the last contact
-    let (mut spaced, mut velocity) = ([[0.0; D]; FEW + 4], [[0.0; D]; FEW]);
-    spaced[..count].copy_from_slice(impulses);
-    product(&w, &spaced, &mut velocity[..count]);
-    judged(problem, impulses, &norms, &velocity)
+    let (mut spaced, mut velocity) = ([0.0; 4 * FEW], [[0.0; D]; FEW]);
+    spread(impulses, &mut spaced[..size]);
+    product(&made.couplings, w, &spaced[..size], &mut velocity[..count]);
+    judged(problem, impulses, norms, &velocity)
 }
 
 /// The measures of impulses that add W r = `velocity` to the given velocities.

@@ -2,6 +2,7 @@
 
 use super::local::Local;
 use super::principal_pivots::{LARGEST, pivoted};
+use super::small_complementarity as small;
 use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, Stage};
 use crate::stopwatch::Stopwatch;
@@ -21,10 +22,7 @@ pub fn at_once(
     let (name, iterations) = match (problem.contacts(), problem.dimension) {
         (1, 2) => ("one contact", alone::<2>(problem, found)),
         (1, 3) => ("one contact", alone::<3>(problem, found)),
-        (_, 1) => {
-            found.copy_from_slice(impulses);
-            ("pivots", pivoted(&problem.matrix, &problem.velocity, found)?)
-        }
+        (_, 1) => complementary(problem, settings, impulses, found)?,
         _ => return None,
     };
     let seconds = started.seconds();
@@ -44,10 +42,27 @@ pub fn at_once(
     })
 }
 
+/// The impulses of few contacts without friction, how they were found, and the rounds it took.
+fn complementary(
+    problem: &FrictionProblem,
+    settings: &FrictionSettings,
+    start: &[f64],
+    found: &mut [f64],
+) -> Option<(&'static str, usize)> {
+    let q = &problem.velocity;
+    if q.len() <= small::LARGEST
+        && let Some(ended) = small::solved(&problem.matrix.made(1).matrix, q, settings.tolerance, found)
+    {
+        return Some(ended);
+    }
+    found.copy_from_slice(start);
+    Some(("pivots", pivoted(&problem.matrix, q, found)?))
+}
+
 /// The impulse of the only contact; the rounds it took.
 fn alone<const D: usize>(problem: &FrictionProblem, impulses: &mut [f64]) -> usize {
-    let w = problem.matrix.blocks(D);
-    let block = std::array::from_fn(|r| std::array::from_fn(|c| w.values[D * r + c]));
+    let made = problem.matrix.made(D);
+    let block = std::array::from_fn(|r| std::array::from_fn(|c| made.matrix.values[D * r + c]));
     let velocity = std::array::from_fn(|k| problem.velocity[k]);
     let mu = problem.friction[0];
     let mut local = Local::<D>::new(&block, mu);
@@ -56,7 +71,7 @@ fn alone<const D: usize>(problem: &FrictionProblem, impulses: &mut [f64]) -> usi
     // each round finds the slip to the square of its correction: one that is small is the last
     while rounds < 8 {
         let before = found;
-        found = local.solve(&velocity, &before);
+        found = local.solve_near(&velocity, &before);
         rounds += 1;
         let moved = |k: usize| (found[k] - before[k]).abs() <= SMALL * found[0];
         if (0..D).all(moved) {

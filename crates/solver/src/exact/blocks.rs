@@ -1,15 +1,19 @@
 //! A friction problem contact by contact: W, q and the coefficients of friction. Knows no method.
 
+use super::couplings::Couplings;
 use super::lane::padded;
 use super::operator::Operator;
 use crate::cone_matrix::norm_or_one;
 use crate::friction_problem::FrictionProblem;
+use std::sync::Arc;
 
 /// u = W r + q in blocks.
 #[derive(Clone, Debug, Default)]
 pub struct Blocks<const D: usize> {
     /// W.
     pub operator: Operator<D>,
+    /// Its blocks off the diagonal as sweeps read them; none where W is given by rows on bodies.
+    pub couplings: Option<Arc<Couplings>>,
     /// q per contact, padded to whole packs \[m/s\].
     pub velocity: Vec<[f64; D]>,
     /// Coefficients of friction, padded \[1\].
@@ -42,11 +46,16 @@ impl<const D: usize> Blocks<D> {
     }
     /// Blocks of a problem in matrix form.
     pub fn of(problem: &FrictionProblem) -> Self {
-        let velocity = problem.velocity.chunks_exact(D).map(|q| std::array::from_fn(|k| q[k])).collect();
-        let operator = Operator::Matrix(problem.matrix.blocks(D));
-        let norms = problem.matrix.norms(D).to_vec();
-        let friction = problem.friction.clone();
-        let mut blocks = Blocks { operator, velocity, friction, norms, ..Blocks::default() };
+        let made = problem.matrix.made(D);
+        let operator = Operator::Matrix(made.matrix.clone());
+        let mut blocks = Blocks { operator, couplings: Some(made.couplings.clone()), ..Blocks::default() };
+        let places = padded(problem.contacts());
+        blocks.velocity.reserve_exact(places);
+        blocks.velocity.extend_from_slice(problem.velocity.as_chunks::<D>().0);
+        blocks.friction.reserve_exact(places);
+        blocks.friction.extend_from_slice(&problem.friction);
+        blocks.norms.reserve_exact(places);
+        blocks.norms.extend_from_slice(&made.norms);
         blocks.read_diagonal();
         blocks.pad();
         blocks

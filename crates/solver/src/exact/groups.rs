@@ -334,20 +334,17 @@ fn sketches<const D: usize>(matrix: &Matrix) -> (Vec<Sketch<D>>, Vec<Sketch<D>>)
 /// Orthonormal directions that span the gathered rows of some contacts, D x rank per contact, row by row: columns in
 /// the order of what is left of them. `None` when there are more than `MOST`.
 fn basis<const D: usize>(contacts: &[u32], sketches: &[Sketch<D>]) -> Option<Vec<f64>> {
-    let n = contacts.len() * D;
-    let mut left: Vec<Vec<f64>> = (0..SKETCH)
-        .map(|c| contacts.iter().flat_map(|&i| sketches[i as usize].iter().map(move |row| row[c])).collect())
-        .collect();
-    let size = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-    let along = |q: &[f64], v: &mut [f64]| {
-        let dot: f64 = q.iter().zip(v.iter()).map(|(a, b)| a * b).sum();
-        v.iter_mut().zip(q).for_each(|(x, q)| *x -= dot * q);
-    };
-    let mut directions: Vec<Vec<f64>> = Vec::new();
+    // row by row, so that all columns are worked on side by side
+    let mut left: Vec<[f64; SKETCH]> = contacts.iter().flat_map(|&i| sketches[i as usize]).collect();
+    let n = left.len();
+    let mut directions: Vec<Vec<f64>> = Vec::with_capacity(MOST);
     let mut first = None;
     loop {
-        let sizes: Vec<f64> = left.iter().map(|v| size(v)).collect();
-        let best = (0..left.len()).fold(0, |b, k| if sizes[k] > sizes[b] { k } else { b });
+        let mut sizes = [0.0; SKETCH];
+        for row in &left {
+            (0..SKETCH).for_each(|c| sizes[c] += row[c] * row[c]);
+        }
+        let best = (0..SKETCH).fold(0, |b, c| if sizes[c] > sizes[b] { c } else { b });
         let scale = *first.get_or_insert(sizes[best]);
         if !(sizes[best] > RANK * RANK * scale) {
             break;
@@ -355,14 +352,25 @@ fn basis<const D: usize>(contacts: &[u32], sketches: &[Sketch<D>]) -> Option<Vec
         if directions.len() == MOST {
             return None;
         }
-        let mut direction = left.swap_remove(best);
-        directions.iter().for_each(|q| along(q, &mut direction));
-        let length = size(&direction).sqrt();
+        let mut direction: Vec<f64> = left.iter_mut().map(|row| std::mem::take(&mut row[best])).collect();
+        for known in &directions {
+            let dot: f64 = known.iter().zip(&direction).map(|(a, b)| a * b).sum();
+            direction.iter_mut().zip(known).for_each(|(x, q)| *x -= dot * q);
+        }
+        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
         direction.iter_mut().for_each(|x| *x /= length);
-        left.iter_mut().for_each(|v| along(&direction, v));
+        let mut along = [0.0; SKETCH];
+        for (q, row) in direction.iter().zip(&left) {
+            (0..SKETCH).for_each(|c| along[c] += q * row[c]);
+        }
+        for (q, row) in direction.iter().zip(&mut left) {
+            (0..SKETCH).for_each(|c| row[c] -= along[c] * q);
+        }
         directions.push(direction);
     }
-    Some((0..n).flat_map(|i| directions.iter().map(move |q| q[i]).collect::<Vec<_>>()).collect())
+    let mut out = Vec::with_capacity(n * directions.len());
+    (0..n).for_each(|i| out.extend(directions.iter().map(|q| q[i])));
+    Some(out)
 }
 
 /// Which groups are coupled.
@@ -413,14 +421,21 @@ fn reduce<const D: usize>(
     for i in 0..matrix.graph.nodes() {
         let (g, own) = (owner[i] as usize, rows_of(i));
         let rank = groups[g].rank;
-        for k in matrix.graph.row(i) {
-            let j = matrix.graph.neighbours[k] as usize;
-            let (h, other) = (owner[j] as usize, seen_of(j));
+        // contacts of one group mostly follow one another
+        let mut run = matrix.graph.row(i).peekable();
+        while let Some(&k) = run.peek() {
+            let h = owner[matrix.graph.neighbours[k] as usize] as usize;
             let columns = groups[h].rank;
+            let mut right = [[0.0; MOST]; D];
+            while let Some(k) = run.next_if(|&k| owner[matrix.graph.neighbours[k] as usize] as usize == h) {
+                let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
+                let more = times::<D>(block, seen_of(matrix.graph.neighbours[k] as usize), columns);
+                for (right, more) in right.iter_mut().zip(&more) {
+                    right.iter_mut().zip(more).for_each(|(r, m)| *r += m);
+                }
+            }
             let at = graph.offsets[graph.position(g, h)?] as usize;
-            let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
             let target = &mut reduced[at..at + rank * columns];
-            let right = times::<D>(block, other, columns);
             for (p, target) in target.chunks_exact_mut(columns).enumerate() {
                 let factors: [f64; D] = std::array::from_fn(|r| own[r * rank + p]);
                 let sum = combined(&factors, &right);
@@ -445,19 +460,25 @@ fn faithful<'a, const D: usize>(
     for i in 0..matrix.graph.nodes() {
         let (g, own) = (owner[i] as usize, rows_of(i));
         let rank = own.len() / D;
+        let (mut last, mut left) = (usize::MAX, [[0.0; MOST]; D]);
         for k in matrix.graph.row(i) {
             let j = matrix.graph.neighbours[k] as usize;
-            let other = seen_of(j);
+            let (h, other) = (owner[j] as usize, seen_of(j));
             let columns = other.len() / D;
-            let Some(at) = graph.position(g, owner[j] as usize) else { return false };
-            let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
-            let v = &reduced[graph.offsets[at] as usize..][..rank * columns];
-            let mut lines = [[0.0; MOST]; MOST];
-            for (line, v) in lines.iter_mut().zip(v.chunks_exact(columns)) {
-                line[..columns].copy_from_slice(v);
+            if h != last {
+                let Some(at) = graph.position(g, h) else { return false };
+                let v = &reduced[graph.offsets[at] as usize..][..rank * columns];
+                let mut lines = [[0.0; MOST]; MOST];
+                for (line, v) in lines.iter_mut().zip(v.chunks_exact(columns)) {
+                    line[..columns].copy_from_slice(v);
+                }
+                for (left, own) in left.iter_mut().zip(own.chunks_exact(rank)) {
+                    *left = combined(own, &lines);
+                }
+                last = h;
             }
-            for (own, block) in own.chunks_exact(rank).zip(block.chunks_exact(D)) {
-                let left = combined(own, &lines);
+            let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
+            for (left, block) in left.iter().zip(block.chunks_exact(D)) {
                 for (other, wanted) in other.chunks_exact(columns).zip(block) {
                     let value: f64 = left.iter().zip(other).map(|(l, o)| l * o).sum();
                     worst = worst.max((value - wanted).abs());

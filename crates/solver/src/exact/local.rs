@@ -11,6 +11,8 @@ pub struct Local<const D: usize> {
     inverse: f64,
     /// W_NT / W_NN and W_TN.
     pulls: [f64; 2],
+    /// The former in the eigenbasis below.
+    turned_pulls: [f64; 2],
     pushed: [f64; 2],
     /// Entries (1, 1), (2, 2), (1, 2) of the inverse of the symmetric part of S; none where it is singular.
     stick: Option<[f64; 3]>,
@@ -36,6 +38,7 @@ impl<const D: usize> Local<D> {
             mu,
             inverse,
             pulls: [0.0; 2],
+            turned_pulls: [0.0; 2],
             pushed: [0.0; 2],
             stick: None,
             skew: 0.0,
@@ -60,6 +63,7 @@ impl<const D: usize> Local<D> {
                 local.stick = Some([c / determinant, a / determinant, -h / determinant]);
             }
             (local.values, local.axis) = eigen(a, c, h);
+            local.turned_pulls = turned(local.axis, local.pulls);
         }
         local
     }
@@ -68,6 +72,16 @@ impl<const D: usize> Local<D> {
     /// asymmetric block that the eigenbasis leaves out.
     #[inline(always)]
     pub fn solve(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
+        self.solve_by::<false>(b, old)
+    }
+    /// The same in less time where the last slip is near: sweeps over couplings, one after another, wait for it.
+    #[inline(always)]
+    pub fn solve_near(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
+        self.solve_by::<true>(b, old)
+    }
+
+    #[inline(always)]
+    fn solve_by<const NEAR: bool>(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
         let mut r = [0.0; D];
         // a contact that no impulse moves (NaN included) is left alone
         if b[0] >= 0.0 || !(self.inverse > 0.0) {
@@ -77,7 +91,7 @@ impl<const D: usize> Local<D> {
             1 => r[0] = -b[0] * self.inverse,
             2 => (r[0], r[1]) = self.in_the_plane([b[0], b[1]]),
             _ => {
-                let found = self.in_space([b[0], b[1], b[2]], [old[1], old[2]]);
+                let found = self.in_space::<NEAR>([b[0], b[1], b[2]], [old[1], old[2]]);
                 r.copy_from_slice(&found);
             }
         }
@@ -112,7 +126,7 @@ impl<const D: usize> Local<D> {
     }
 
     #[inline(always)]
-    fn in_space(&mut self, b: [f64; 3], old: [f64; 2]) -> [f64; 3] {
+    fn in_space<const NEAR: bool>(&mut self, b: [f64; 3], old: [f64; 2]) -> [f64; 3] {
         let (mu, pulls, axis) = (self.mu, self.pulls, self.axis);
         let free = -b[0] * self.inverse;
         if mu <= 0.0 {
@@ -130,10 +144,21 @@ impl<const D: usize> Local<D> {
                 return [normal, tangent[0], tangent[1]];
             }
         }
-        let turn = |v: [f64; 2]| [axis[0] * v[0] + axis[1] * v[1], axis[0] * v[1] - axis[1] * v[0]];
-        let (normal, t) = slipping(self.values, turn(g), turn(pulls), (free, mu), &mut self.alpha);
+        let (g, pulls) = (turned(axis, g), self.turned_pulls);
+        let (values, alpha) = (self.values, &mut self.alpha);
+        let near = if NEAR { slipping_near(values, g, pulls, (free, mu), alpha) } else { None };
+        let (normal, t) = match near {
+            Some(found) => found,
+            None => slipping(values, g, pulls, (free, mu), alpha),
+        };
         [normal, axis[0] * t[0] - axis[1] * t[1], axis[1] * t[0] + axis[0] * t[1]]
     }
+}
+
+/// A tangent in the basis that begins with this axis.
+#[inline(always)]
+fn turned(axis: [f64; 2], v: [f64; 2]) -> [f64; 2] {
+    [axis[0] * v[0] + axis[1] * v[1], axis[0] * v[1] - axis[1] * v[0]]
 }
 
 /// Eigenvalues, larger first, of \[a h; h c\], and the unit axis of the larger.
@@ -147,6 +172,59 @@ fn eigen(a: f64, c: f64, h: f64) -> ([f64; 2], [f64; 2]) {
     (values, axis)
 }
 
+/// Steps that are tried before the bracketed ones.
+const QUICK: usize = 3;
+/// Relative change of alpha that is small enough for them: sweeps come back before its square matters.
+const NEAR: f64 = 0.05;
+
+/// Slip as below, by steps that wait for one division each and no root: with p = (d_1 + alpha) (d_2 + alpha),
+/// T = p t and N = p n they are Newton's on |T|^2 - mu^2 N^2. `None` where they do not come near, with `last` as
+/// close as they came.
+#[inline(always)]
+fn slipping_near(
+    d: [f64; 2],
+    g: [f64; 2],
+    coupling: [f64; 2],
+    (free, mu): (f64, f64),
+    last: &mut f64,
+) -> Option<(f64, [f64; 2])> {
+    let mut alpha = if *last > 0.0 { *last } else { first_alpha(d, g, mu * free) };
+    for _ in 0..QUICK {
+        let both = [d[1] + alpha, d[0] + alpha];
+        let p = both[0] * both[1];
+        let inverse = 1.0 / p;
+        let t = [-g[0] * both[0], -g[1] * both[1]];
+        let normal = free * p - coupling[0] * t[0] - coupling[1] * t[1];
+        let bound = mu * mu * normal;
+        let excess = t[0] * t[0] + t[1] * t[1] - bound * normal;
+        let fall = [t[0] + bound * coupling[0], t[1] + bound * coupling[1]];
+        let fall = 2.0 * (fall[0] * t[0] * both[0] + fall[1] * t[1] * both[1]);
+        let change = excess / fall * p;
+        // a contact that would pull, and NaN
+        if !(normal > 0.0 && fall > 0.0 && change > -0.5 * alpha) {
+            break;
+        }
+        alpha += change;
+        if change.abs() <= NEAR * alpha {
+            *last = alpha;
+            let part = change * inverse;
+            let t = [t[0] * inverse * (1.0 - both[0] * part), t[1] * inverse * (1.0 - both[1] * part)];
+            let normal = free - coupling[0] * t[0] - coupling[1] * t[1];
+            return Some((normal.max(0.0), t));
+        }
+        *last = alpha;
+    }
+    None
+}
+
+/// alpha without coupling, for equal eigenvalues; positive where those are.
+#[inline(always)]
+fn first_alpha(d: [f64; 2], g: [f64; 2], bound: f64) -> f64 {
+    let pull = (g[0] * g[0] + g[1] * g[1]).sqrt();
+    let alpha = (pull / bound - 0.5 * (d[0] + d[1])).max(0.0);
+    if alpha > 0.0 { alpha } else { 1e-3 * d[0] }
+}
+
 /// Slip in the eigenbasis: t_k = -g_k / (d_k + alpha) with |t| = mu n, n = free - coupling . t; starts from `last`
 /// when that is positive, and leaves alpha there.
 #[inline(always)]
@@ -158,14 +236,7 @@ fn slipping(
     last: &mut f64,
 ) -> (f64, [f64; 2]) {
     let (mut low, mut high) = (0.0, f64::INFINITY);
-    let mut alpha = *last;
-    if !(alpha > 0.0) {
-        let pull = (g[0] * g[0] + g[1] * g[1]).sqrt();
-        alpha = (pull / (mu * free) - 0.5 * (d[0] + d[1])).max(0.0);
-    }
-    if !(alpha > 0.0) {
-        alpha = 1e-3 * d[0];
-    }
+    let mut alpha = if *last > 0.0 { *last } else { first_alpha(d, g, mu * free) };
     let (mut normal, mut t, mut length) = (free, [0.0; 2], 0.0);
     for _ in 0..60 {
         let both = [d[0] + alpha, d[1] + alpha];
@@ -206,4 +277,54 @@ fn slipping(
     let normal = normal.max(0.0);
     let scale = if length > 0.0 { mu * normal / length } else { 0.0 };
     (normal, [t[0] * scale, t[1] * scale])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers in [-1, 1] that look random.
+    fn numbers(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// Impulses of repeated solutions, each from the one before.
+    fn repeated(w: &[[f64; 3]; 3], mu: f64, b: &[f64; 3], near: bool) -> [f64; 3] {
+        let mut local = Local::new(w, mu);
+        let mut r = [0.0; 3];
+        for _ in 0..12 {
+            r = if near { local.solve_near(b, &r) } else { local.solve(b, &r) };
+        }
+        r
+    }
+
+    #[test]
+    fn near_steps_come_to_the_slip_of_the_bracketed_ones() {
+        let mut slips = 0;
+        for seed in 0..400 {
+            let mut next = numbers(seed);
+            let root: [[f64; 3]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| next()));
+            let mut w = [[0.0; 3]; 3];
+            for i in 0..3 {
+                for j in 0..3 {
+                    w[i][j] = (0..3).map(|k| root[i][k] * root[j][k]).sum();
+                }
+                w[i][i] += 0.1;
+            }
+            let (mu, size) = (next().abs() + 0.01, 10.0_f64.powf(6.0 * next()));
+            let b = [-next().abs(), next(), next()].map(|x| size * x);
+            let (plain, near) = (repeated(&w, mu, &b, false), repeated(&w, mu, &b, true));
+            let largest = plain.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            for k in 0..3 {
+                assert!((plain[k] - near[k]).abs() <= 1e-12 * largest, "{seed}: {plain:?} {near:?}");
+            }
+            let tangent = (plain[1] * plain[1] + plain[2] * plain[2]).sqrt();
+            slips += usize::from(plain[0] > 0.0 && (tangent - mu * plain[0]).abs() < 1e-9 * largest);
+        }
+        assert!(slips > 100, "{slips}");
+    }
 }

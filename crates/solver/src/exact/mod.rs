@@ -12,6 +12,7 @@ pub(crate) mod blocks;
 mod bodies;
 mod cone;
 mod contacts;
+pub(crate) mod couplings;
 mod equalities;
 mod face;
 mod feasibility;
@@ -36,6 +37,7 @@ mod root;
 pub(crate) mod row;
 mod scaled;
 mod single;
+mod small_complementarity;
 mod stage;
 mod step;
 pub(crate) mod sweeps;
@@ -210,7 +212,8 @@ fn in_dimension<const D: usize>(
 ) -> FrictionOutcome {
     let blocks = Blocks::<D>::of(problem);
     let started = Stopwatch::start();
-    let mut r: Vec<[f64; D]> = impulses.chunks_exact(D).map(|r| std::array::from_fn(|k| r[k])).collect();
+    let mut r: Vec<[f64; D]> = Vec::with_capacity(blocks.velocity.len());
+    r.extend_from_slice(impulses.as_chunks::<D>().0);
     r.resize(blocks.velocity.len(), [0.0; D]);
     let goal = Goal {
         tolerance: settings.tolerance,
@@ -231,17 +234,18 @@ fn in_dimension<const D: usize>(
     let found = r[..blocks.count()].as_flattened();
     let mut reached = measured_in::<D>(problem, found);
     let solved = reached.solves(settings.tolerance) && !answer.not_least;
-    let mut given = impulses.to_vec();
-    impulses.copy_from_slice(found);
-    if !solved && !goal.is_least() && given.iter().all(|r| r.is_finite()) {
+    let mut is_found = true;
+    if !solved && !goal.is_least() && impulses.iter().all(|r| r.is_finite()) {
         // a short budget may end where the first sweeps have led away from a good start
-        given.chunks_exact_mut(D).zip(&problem.friction).for_each(|(r, mu)| project_on_cone(r, *mu));
-        let start = measure(problem, &given);
+        impulses.chunks_exact_mut(D).zip(&problem.friction).for_each(|(r, mu)| project_on_cone(r, *mu));
+        let start = measure(problem, impulses);
         let worst = |m: &Measure| m.natural.max(0.1 * m.scaled);
         if worst(&start) < worst(&reached) {
-            reached = start;
-            impulses.copy_from_slice(&given);
+            (reached, is_found) = (start, false);
         }
+    }
+    if is_found {
+        impulses.copy_from_slice(found);
     }
     let reason = if solved { String::new() } else { reason(&answer) };
     FrictionOutcome {

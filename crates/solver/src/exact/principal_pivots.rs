@@ -3,6 +3,7 @@
 //! lowers their number, only the last of them (Murty 1974), which ends for every P-matrix.
 
 use crate::delassus::Csr;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Larger problems are left to the other stages.
 pub const LARGEST: usize = 48;
@@ -87,6 +88,35 @@ fn solved(m: &Csr, q: &[f64], positive: Set, z: &mut [f64], system: &mut [f64]) 
         m.row(i).filter(|(j, _)| positive.has(*j)).for_each(|(j, a)| row[place[j]] += a);
         row[size] = -q[i];
     }
+    if size <= SMALL {
+        eliminated(system, size)?
+    } else {
+        Arch::new().dispatch(Eliminate(system, size))?
+    }
+    z.fill(0.0);
+    for (k, &i) in members.iter().enumerate().rev() {
+        let row = &system[k * width..][..width];
+        let known: f64 = members.iter().zip(row).skip(k + 1).map(|(&j, a)| a * z[j]).sum();
+        z[i] = (row[size] - known) / row[k];
+    }
+    Some(())
+}
+
+/// `eliminated` in the machine's own instructions.
+struct Eliminate<'a>(&'a mut [f64], usize);
+
+impl WithSimd for Eliminate<'_> {
+    type Output = Option<()>;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Option<()> {
+        eliminated(self.0, self.1)
+    }
+}
+
+/// Brings the rows of a system with its right-hand side to a triangle; `None` when it is singular.
+#[inline(always)]
+fn eliminated(system: &mut [f64], size: usize) -> Option<()> {
+    let width = size + 1;
     let largest = system.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
     for k in 0..size {
         let at = |r: &usize| system[r * width + k].abs();
@@ -106,12 +136,6 @@ fn solved(m: &Csr, q: &[f64], positive: Set, z: &mut [f64], system: &mut [f64]) 
                 other[k..].iter_mut().zip(&row[k..]).for_each(|(x, y)| *x -= factor * y);
             }
         }
-    }
-    z.fill(0.0);
-    for (k, &i) in members.iter().enumerate().rev() {
-        let row = &system[k * width..][..width];
-        let known: f64 = members.iter().zip(row).skip(k + 1).map(|(&j, a)| a * z[j]).sum();
-        z[i] = (row[size] - known) / row[k];
     }
     Some(())
 }

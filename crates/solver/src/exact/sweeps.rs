@@ -2,6 +2,7 @@
 //! interior point. Knows the problem in its own units.
 
 use super::blocks::Blocks;
+use super::couplings::{Couplings, places, product, spread};
 use super::judge::{Errors, errors};
 use super::local::Local;
 use super::operator::Operator;
@@ -58,20 +59,59 @@ impl<const D: usize> WithSimd for Sweep<'_, D> {
                 b[k] += blocks.velocity[i][k] - own;
             }
             let found = local.solve(&b, &old);
-            let mut moved = [0.0; D];
-            let mut squared = 0.0;
-            for k in 0..D {
-                moved[k] = found[k] - old[k];
-                squared += moved[k] * moved[k];
-            }
+            let moved = change.add(blocks.norms[i], &found, &old);
             if let Operator::Bodies(rows) = &blocks.operator {
                 rows.push(i, &moved, bodies);
             }
             r[i] = found;
-            squared *= blocks.norms[i] * blocks.norms[i];
-            change.squared += squared;
-            change.largest =
-                if squared > change.largest || squared.is_nan() { squared } else { change.largest };
+        }
+        Change { largest: change.largest.sqrt(), ..change }
+    }
+}
+
+impl Change {
+    /// Adds what one contact, whose block has this norm, moved; its largest is squared until the sweep ends.
+    #[inline(always)]
+    fn add<const D: usize>(&mut self, norm: f64, found: &[f64; D], old: &[f64; D]) -> [f64; D] {
+        let mut moved = [0.0; D];
+        let mut squared = 0.0;
+        for k in 0..D {
+            moved[k] = found[k] - old[k];
+            squared += moved[k] * moved[k];
+        }
+        squared *= norm * norm;
+        self.squared += squared;
+        self.largest = if squared > self.largest || squared.is_nan() { squared } else { self.largest };
+        moved
+    }
+}
+
+/// The same where W has couplings laid out for it; impulses lie `places` numbers apart.
+struct CoupledSweep<'a, const D: usize> {
+    blocks: &'a Blocks<D>,
+    couplings: &'a Couplings,
+    locals: &'a mut [Local<D>],
+    r: &'a mut [f64],
+}
+
+impl<const D: usize> WithSimd for CoupledSweep<'_, D> {
+    type Output = Change;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Change {
+        let CoupledSweep { blocks, couplings, locals, r } = self;
+        let mut change = Change::default();
+        let given = blocks.velocity.iter().zip(&blocks.norms);
+        for (i, (local, (velocity, &norm))) in locals.iter_mut().zip(given).enumerate() {
+            let mut b: [f64; D] = couplings.pull(simd, i, r);
+            for k in 0..D {
+                b[k] += velocity[k];
+            }
+            let own = &mut r[i * places(D)..][..D];
+            let mut old = [0.0; D];
+            old.copy_from_slice(own);
+            let found = local.solve_near(&b, &old);
+            own.copy_from_slice(&found);
+            change.add(norm, &found, &old);
         }
         Change { largest: change.largest.sqrt(), ..change }
     }
@@ -95,6 +135,11 @@ pub fn velocities<const D: usize>(
     bodies: &mut Vec<f64>,
 ) {
     blocks.operator.product(r, u, bodies);
+    add_given(blocks, u);
+}
+
+/// u += q.
+fn add_given<const D: usize>(blocks: &Blocks<D>, u: &mut [[f64; D]]) {
     for (u, q) in u.iter_mut().zip(&blocks.velocity[..blocks.count()]) {
         for k in 0..D {
             u[k] += q[k];
@@ -102,9 +147,12 @@ pub fn velocities<const D: usize>(
     }
 }
 
-/// Nanoseconds of a sweep per coupled pair, and per contact of 1, 2 and 3 directions.
-const PER_COUPLING: f64 = 1.5;
-const PER_CONTACT: [f64; 3] = [15.0, 15.0, 40.0];
+/// Nanoseconds of a sweep per coupled pair and per contact of 1, 2 and 3 directions; the latter two through bodies.
+const PER_COUPLING: [f64; 3] = [0.5, 0.8, 1.3];
+const PER_CONTACT: [f64; 3] = [3.0, 5.0, 14.0];
+const THROUGH_BODIES: [f64; 3] = [27.0, 27.0, 52.0];
+/// Share of an interior point solve that sweeps may cost before they are asked what they lead to: couplings, bodies.
+const TRIAL: [f64; 2] = [0.08, 0.15];
 
 /// How fast the changes of the sweeps fall, and what error goes with a change.
 #[derive(Clone, Debug, Default)]
@@ -119,13 +167,22 @@ impl Decay {
     fn error(&self) -> f64 {
         self.error_over_change * self.changes.last().copied().unwrap_or(f64::INFINITY)
     }
-    /// Sweeps left until the error is at the tolerance; infinite when the changes do not fall.
+    /// Sweeps left until the error is at the tolerance. They slow down as what falls fast is gone: how far off the end
+    /// seemed half of the sweeps ago says by how much; infinite when the changes do not fall.
     fn left(&self, tolerance: f64) -> f64 {
-        let (n, span) = (self.changes.len(), 4.min(self.changes.len() - 1));
+        let (now, before) = (self.changes.len(), self.changes.len() / 2);
+        let (left, then) = (self.left_after(now, tolerance), self.left_after(before, tolerance));
+        let later = (now as f64 + left - before as f64 - then) / (now - before) as f64;
+        // an end that was not in sight does not recede
+        left * (1.0 + if later > 0.0 { later } else { 0.0 })
+    }
+    /// Sweeps left after n of them as though they fell on as they do.
+    fn left_after(&self, n: usize, tolerance: f64) -> f64 {
+        let span = 4.min(n - 1);
         let fall = self.changes[n - 1] / self.changes[n - 1 - span];
-        let rate = libm::pow(fall, 1.0 / span.max(1) as f64);
-        if rate < 1.0 {
-            (libm::log(tolerance / self.error()) / libm::log(rate)).max(0.0)
+        if fall < 1.0 {
+            let error = self.error_over_change * self.changes[n - 1];
+            (span as f64 * libm::log(tolerance / error) / libm::log(fall)).max(0.0)
         } else {
             f64::INFINITY
         }
@@ -139,11 +196,95 @@ pub struct SweepMemory<const D: usize> {
     decay: Decay,
     /// B^T r.
     bodies: Vec<f64>,
+    /// r as sweeps over couplings keep it.
+    spaced: Vec<f64>,
     best: Vec<[f64; D]>,
+}
+
+impl<const D: usize> SweepMemory<D> {
+    /// Gets ready for sweeps from r.
+    fn begin(&mut self, blocks: &Blocks<D>, r: &[[f64; D]]) {
+        self.decay.changes.clear();
+        self.decay.changes.reserve(USUAL);
+        self.decay.error_over_change = 1.0;
+        self.locals.clear();
+        let diagonal = blocks.diagonal.iter().zip(&blocks.friction);
+        self.locals.extend(diagonal.map(|(w, &mu)| Local::new(w, mu)));
+        self.spaced.clear();
+        if blocks.couplings.is_some() {
+            self.spaced.resize(r.len() * places(D), 0.0);
+            spread(r, &mut self.spaced);
+        }
+    }
+    /// One sweep over r, or over what is kept of it.
+    fn sweep(&mut self, blocks: &Blocks<D>, r: &mut [[f64; D]]) -> Change {
+        let SweepMemory { locals, spaced, bodies, .. } = self;
+        match &blocks.couplings {
+            Some(couplings) => in_fours(CoupledSweep { blocks, couplings, locals, r: spaced }),
+            None => sweep(blocks, locals, r, bodies),
+        }
+    }
+    /// Brings r to where the sweeps are, and measures it.
+    fn measure(&mut self, blocks: &Blocks<D>, r: &mut [[f64; D]], u: &mut [[f64; D]]) -> Errors {
+        let spaced = self.spaced.chunks_exact(places(D));
+        r.iter_mut().zip(spaced).for_each(|(r, spaced)| r.copy_from_slice(&spaced[..D]));
+        if let (Operator::Matrix(matrix), Some(couplings)) = (&blocks.operator, &blocks.couplings) {
+            product(couplings, matrix, &self.spaced, u);
+            add_given(blocks, u);
+        } else {
+            velocities(blocks, r, u, &mut self.bodies);
+        }
+        errors(blocks, r, u)
+    }
+    /// Measures the start; where W has couplings and there are no impulses, nothing is multiplied.
+    fn measure_start(&mut self, blocks: &Blocks<D>, r: &mut [[f64; D]], u: &mut [[f64; D]]) -> Errors {
+        if blocks.couplings.is_none() || r.iter().any(|r| *r != [0.0; D]) {
+            return self.measure(blocks, r, u);
+        }
+        u.copy_from_slice(&blocks.velocity);
+        errors(blocks, r, u)
+    }
+}
+
+/// What sweeps cost and what is done instead, in nanoseconds.
+struct Prices {
+    sweep: f64,
+    interior_point: f64,
+    /// Sweeps run through bodies, where starts are mostly warm and fall steadily.
+    through_bodies: bool,
+}
+
+impl Prices {
+    fn of<const D: usize>(blocks: &Blocks<D>) -> Self {
+        let (contacts, couplings) = (blocks.count() as f64, blocks.operator.couplings() as f64);
+        let through_couplings = PER_COUPLING[D - 1] * couplings + PER_CONTACT[D - 1] * contacts;
+        let through_bodies = THROUGH_BODIES[D - 1] * contacts;
+        Prices {
+            sweep: if blocks.couplings.is_some() { through_couplings } else { through_bodies },
+            through_bodies: blocks.couplings.is_none(),
+            interior_point: 14.0 * (250.0 * contacts + 30.0 * couplings) + 2000.0,
+        }
+    }
+    /// True where k sweeps are spent and those that are left are expected to cost more than an interior point.
+    fn say_stop(&self, k: usize, decay: &Decay, tolerance: f64) -> bool {
+        let spent = k as f64 * self.sweep;
+        let bodies = usize::from(self.through_bodies);
+        if k < LEARNING || !k.is_multiple_of(LOOK[bodies]) || spent <= TRIAL[bodies] * self.interior_point {
+            return false;
+        }
+        let left = if self.through_bodies { decay.left_after(k, tolerance) } else { decay.left(tolerance) };
+        let need = left * self.sweep;
+        need > 0.7 * self.interior_point
+            || (spent > 0.6 * self.interior_point && need > 0.3 * self.interior_point)
+    }
 }
 
 /// Sweeps before their decay says anything.
 const LEARNING: usize = 6;
+/// Sweeps between two looks at what they lead to: couplings, bodies.
+const LOOK: [usize; 2] = [4, 1];
+/// More sweeps are rare.
+const USUAL: usize = 64;
 
 /// Sweeps until solved or until more sweeps cost more than an interior point solve, and leaves the best impulses in r,
 /// the start among them. Costs in nanoseconds on one core of 2026, from the sizes alone, so that the choice is the same
@@ -155,48 +296,35 @@ pub fn sweeps<const D: usize>(
     memory: &mut SweepMemory<D>,
     watch: &mut Watch,
 ) -> (usize, Errors, Ended) {
-    let (contacts, couplings) = (blocks.count() as f64, blocks.operator.couplings() as f64);
-    let per_sweep = PER_COUPLING * couplings + PER_CONTACT[D - 1] * contacts;
-    let interior_point = 14.0 * (250.0 * contacts + 30.0 * couplings) + 2000.0;
-    let size = blocks.size();
-    let SweepMemory { locals, decay, bodies, best: best_impulses } = memory;
-    decay.changes.clear();
-    decay.error_over_change = 1.0;
-    locals.clear();
-    locals.extend(blocks.diagonal.iter().zip(&blocks.friction).map(|(w, &mu)| Local::new(w, mu)));
-    velocities(blocks, r, u, bodies);
-    let mut found = errors(blocks, r, u);
+    let (prices, size) = (Prices::of(blocks), blocks.size());
+    memory.begin(blocks, r);
+    let mut found = memory.measure_start(blocks, r, u);
     if found.solves(tolerance) {
         return (0, found, Ended::Solved);
     }
     let mut best = found;
-    best_impulses.clear();
-    best_impulses.extend_from_slice(r);
+    memory.best.clear();
+    memory.best.extend_from_slice(r);
     let mut end = (0, Ended::LeftOff);
     let mut measured = 0;
     for k in 1..=most {
         end.0 = k;
-        let change = sweep(blocks, locals, r, bodies);
+        let change = memory.sweep(blocks, r);
         let change = if blocks.by_contact { change.largest } else { change.squared.sqrt() } / size;
+        let decay = &mut memory.decay;
         decay.changes.push(change);
-        let mut leave = k == most || !change.is_finite();
-        if k >= LEARNING {
-            let (need, spent) = (decay.left(tolerance) * per_sweep, k as f64 * per_sweep);
-            let dear = need > 0.7 * interior_point && spent > 0.15 * interior_point;
-            leave |= dear || (spent > 0.6 * interior_point && need > 0.3 * interior_point);
-        }
+        let leave = k == most || !change.is_finite() || prices.say_stop(k, decay, tolerance);
         if !leave && decay.error() > tolerance && k < measured + k / 2 + LEARNING {
             continue;
         }
         measured = k;
-        velocities(blocks, r, u, bodies);
-        found = errors(blocks, r, u);
+        found = memory.measure(blocks, r, u);
         if found.solves(tolerance) {
             return (k, found, Ended::Solved);
         }
         if found.worst() < best.worst() {
             best = found;
-            best_impulses.copy_from_slice(r);
+            memory.best.copy_from_slice(r);
         }
         if !watch(&Progress { stage: "sweeps", iterations: k, residual: found.worst() }) {
             end.1 = Ended::Interrupted;
@@ -206,9 +334,9 @@ pub fn sweeps<const D: usize>(
             break;
         }
         if change > 0.0 {
-            decay.error_over_change = found.worst() / change;
+            memory.decay.error_over_change = found.worst() / change;
         }
     }
-    r.copy_from_slice(best_impulses);
+    r.copy_from_slice(&memory.best);
     (end.0, best, end.1)
 }
