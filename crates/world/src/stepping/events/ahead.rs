@@ -28,7 +28,7 @@ const FLOW_ROUNDS: usize = 100;
 /// Rounds of a flow after which one looks for contacts that come in: places are known to a thousandth of the way then.
 const LOOK: usize = 2;
 /// How much nearer than freely bodies may come over |g| tau^2, where contacts hold one and not the other \[1\].
-const HELD: f64 = 1.0;
+pub(super) const HELD: f64 = 1.0;
 
 /// Plastic contacts that will arrive, and their names.
 struct Ahead<S: Geometry> {
