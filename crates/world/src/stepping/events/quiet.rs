@@ -101,13 +101,19 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         let mut complete = at_once;
         let mut stick = if at_once { Stick::End } else { Stick::Mean };
         if at_once {
-            active = at.flow_with_all(dt, active, stick, &mut self.tools)?;
-            if at.ledger.friction > 0.0 {
+            let begun = active.clone();
+            let mut all = at.flow_with_all(dt, active, stick, &mut self.tools)?;
+            if let Some(acted) = all.take_if(|_| at.ledger.friction > 0.0) {
                 // where corners roll, the slip at the end is not what friction acts against; the mean slip is
                 at.restore(&start);
                 stick = Stick::Mean;
-                active = at.flow_with_all(dt, active, stick, &mut self.tools)?;
+                all = at.flow_with_all(dt, acted, stick, &mut self.tools)?;
             }
+            let Some(acted) = all else {
+                at.restore(&start);
+                return self.lay_out_each(&at, &begun, 0.0, 0, 0);
+            };
+            active = acted;
             let capped = std::mem::take(&mut at.events.capped);
             complete = capped == 0;
             self.events.capped += capped;
