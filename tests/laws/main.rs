@@ -6,6 +6,7 @@
 mod harness;
 
 mod accuracy;
+mod alone;
 mod bodies;
 mod cavities;
 mod constraints;

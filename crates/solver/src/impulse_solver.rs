@@ -5,9 +5,9 @@ use crate::methods::{
     apgd::Apgd, auto, direct::Direct, enumeration::Enumeration, lemke::Lemke, nncg::Nncg,
     on_bodies::OnBodies, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential,
 };
-use crate::outcome::{Outcome, Stop};
+use crate::outcome::{IslandReport, Outcome, Stop};
 use crate::prepared::PreparedContact;
-use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
+use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
 use crate::residual::residual;
 use crate::watch::{Watch, unwatched};
 use carom_math::Space;
@@ -126,6 +126,17 @@ pub trait ImpulseSolver<S: Space>: Send {
         _velocities: &[Twist<S>],
         _old: &Impulse<S>,
     ) -> Option<Impulse<S>> {
+        None
+    }
+    /// What `solve` would come to on a problem of this contact alone, between bodies of these inverse masses and velocities,
+    /// from nothing, with its report where anything presses. `None` where the solver would not do it at once.
+    fn solve_alone(
+        &self,
+        _contact: &Contact<S>,
+        _bodies: (&[InverseMass<S>; 2], &[Twist<S>; 2]),
+        _law: FrictionLaw,
+        _settings: &SolveSettings,
+    ) -> Option<(Impulse<S>, Option<IslandReport>)> {
         None
     }
     /// Solves in place: `impulses` is the warm start on entry and the answer on return.

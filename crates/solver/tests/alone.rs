@@ -54,6 +54,36 @@ fn contacts_alone_are_solved_as_the_general_way_solves_them<S: Space>() {
     }
 }
 
+/// Who knows that a contact is alone need not make a problem of it.
+fn a_contact_alone_is_solved_without_a_problem_as_with_one<S: Space>() {
+    let mut pressing = 0;
+    for (seed, law) in [(33, FrictionLaw::Disc), (34, FrictionLaw::Box)] {
+        for p in pairs::<S>(&mut Random::new(seed), law) {
+            let mut found = Impulses::zero(&p);
+            let mut ladder = Ladder::new("exact", &[SolverKind::Exact]);
+            let outcome = ladder.solve(&p, &SETTINGS, &mut found);
+            let bodies = ([p.inverse_masses[0], p.inverse_masses[1]], [p.velocities[0], p.velocities[1]]);
+            let Some((impulse, report)) =
+                ladder.solve_alone(&p.contacts[0], (&bodies.0, &bodies.1), law, &SETTINGS)
+            else {
+                assert_eq!(law, FrictionLaw::Box, "Coulomb's disc has a closed form");
+                continue;
+            };
+            assert_eq!(impulse, found.contacts[0], "{p:?}");
+            assert_eq!(report.as_ref(), outcome.islands.first());
+            pressing += usize::from(report.is_some());
+        }
+    }
+    assert!(pressing > PAIRS / 4, "{pressing} press");
+    let least = SolveSettings { impulses: carom_solver::ImpulseChoice::MinimumNorm, ..SETTINGS };
+    let p = &pairs::<S>(&mut Random::new(35), FrictionLaw::Disc)[0];
+    let bodies = ([p.inverse_masses[0], p.inverse_masses[1]], [p.velocities[0], p.velocities[1]]);
+    let ladder = Ladder::new("exact", &[SolverKind::Exact]);
+    let least = ladder.solve_alone(&p.contacts[0], (&bodies.0, &bodies.1), FrictionLaw::Disc, &least);
+    assert!(least.is_none(), "the least impulses are told by the solver alone");
+}
+
 in_both_spaces! {
     contacts_alone_are_solved_as_the_general_way_solves_them;
+    a_contact_alone_is_solved_without_a_problem_as_with_one;
 }

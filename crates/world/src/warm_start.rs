@@ -5,7 +5,7 @@
 use crate::sleep::{Asleep, Still};
 use crate::stepping::events::memory::Memory;
 use carom_math::{Column, Space};
-use carom_solver::{ContactProblem, Impulse, Impulses};
+use carom_solver::{Contact, ContactProblem, Impulse, Impulses};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -77,11 +77,8 @@ impl<S: Space> WarmStart<S> {
     /// Remembers the impulses of a step of length `dt`.
     pub fn store(&mut self, problem: &ContactProblem<S>, impulses: &Impulses<S>, dt: f64) {
         self.forces.clear();
-        for (c, g) in problem.contacts.iter().zip(&impulses.contacts) {
-            if g.normal > 0.0 {
-                let tangent = c.to_world(&Impulse { normal: 0.0, tangent: g.tangent });
-                self.forces.push((c.id, g.normal / dt, tangent * (1.0 / dt)));
-            }
+        for (c, g) in problem.contacts.iter().zip(&impulses.contacts).filter(|(_, g)| g.normal > 0.0) {
+            self.add(c, g, dt);
         }
         self.forces.sort_by_key(|f| f.0);
         self.moments.clear();
@@ -96,6 +93,11 @@ impl<S: Space> WarmStart<S> {
         self.rows.extend(problem.rows.iter().zip(&impulses.rows).map(|(r, l)| (r.id, l / dt)));
         self.rows.sort_by_key(|r| r.0);
         self.patches.clear();
+    }
+    /// Adds what a contact's impulse in a step of length `dt` tells; `sort` when all are in.
+    pub(crate) fn add(&mut self, c: &Contact<S>, g: &Impulse<S>, dt: f64) {
+        let tangent = c.to_world(&Impulse { normal: 0.0, tangent: g.tangent });
+        self.forces.push((c.id, g.normal / dt, tangent * (1.0 / dt)));
     }
     /// Forgets all forces; what is remembered of joints stays.
     pub(crate) fn clear(&mut self) {

@@ -5,8 +5,8 @@
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
 use crate::islands::{Islands, Part};
 use crate::outcome::{IslandReport, Outcome, StageReport, Stop};
-use crate::prepared::Prepared;
-use crate::problem::{ContactProblem, Impulse, Impulses, Twist};
+use crate::prepared::{Prepared, PreparedContact};
+use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
 use crate::residual::{Entry, Residual, residual, residual_alone, residual_in};
 use crate::watch::Watch;
 use carom_math::{Column, Space};
@@ -63,19 +63,34 @@ impl<S: Space> Ladder<S> {
         if !plain || settings.impulses != ImpulseChoice::Any {
             return None;
         }
+        let bodies = (problem.friction_law, problem.velocities.as_slice());
+        let old = impulses.contacts[contact];
+        let (found, climbed) =
+            self.at_once(&self.prepared.contacts[contact], bodies, &old, settings.tolerance)?;
+        impulses.contacts[contact] = found;
+        Some(climbed)
+    }
+
+    /// The impulse of a contact that is alone, and what finding it came to.
+    fn at_once(
+        &self,
+        contact: &PreparedContact<S>,
+        (law, velocities): (FrictionLaw, &[Twist<S>]),
+        old: &Impulse<S>,
+        tolerance: f64,
+    ) -> Option<(Impulse<S>, Climbed)> {
         let (kind, solver) = &self.rungs[0];
-        let (prepared, law) = (&self.prepared.contacts[contact], problem.friction_law);
-        let found = solver.alone(prepared, law, &problem.velocities, &impulses.contacts[contact])?;
-        let mut residual = residual_alone(prepared, law, &problem.velocities, &found);
-        if residual.absolute.is_nan() || residual.absolute > settings.tolerance {
+        let found = solver.alone(contact, law, velocities, old)?;
+        let mut residual = residual_alone(contact, law, velocities, &found);
+        if residual.absolute.is_nan() || residual.absolute > tolerance {
             return None;
         }
-        impulses.contacts[contact] = found;
         // counted within the island
         residual.worst = (residual.absolute > 0.0).then_some(Entry::Contact(0));
         let (solver, residual_found, stop) = (*kind, residual.absolute, Stop::Converged);
         let stage = StageReport { solver, iterations: 1, factorisations: 0, residual: residual_found, stop };
-        Some(Climbed { stages: vec![stage], residual, stop: Stop::Converged, strict_feasibility: None })
+        let stop = Stop::Converged;
+        Some((found, Climbed { stages: vec![stage], residual, stop, strict_feasibility: None }))
     }
 
     /// Solves the island that was taken out.
@@ -159,11 +174,13 @@ impl<S: Space> Ladder<S> {
 /// True where no impulse is called for: every contact leaves at least as fast as its target asks.
 fn is_idle<S: Space>(problem: &ContactProblem<S>, islands: &Islands, island: usize) -> bool {
     islands.rows(island).is_empty()
-        && islands.contacts(island).iter().all(|&k| {
-            let c = &problem.contacts[k];
-            let u = problem.velocities[c.a].at(c.arm_a) - problem.velocities[c.b].at(c.arm_b);
-            u.dot(c.normal) >= c.target
-        })
+        && islands.contacts(island).iter().all(|&k| leaves(&problem.contacts[k], &problem.velocities))
+}
+
+/// True for a contact that leaves at least as fast as its target asks.
+fn leaves<S: Space>(c: &Contact<S>, velocities: &[Twist<S>]) -> bool {
+    let u = velocities[c.a].at(c.arm_a) - velocities[c.b].at(c.arm_b);
+    u.dot(c.normal) >= c.target
 }
 
 impl<S: Space> ImpulseSolver<S> for Ladder<S> {
@@ -173,6 +190,36 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
     fn finds(&self, _choice: ImpulseChoice) -> bool {
         // a rung that does not refuses, and the next one has its turn
         true
+    }
+    fn solve_alone(
+        &self,
+        contact: &Contact<S>,
+        (masses, velocities): (&[InverseMass<S>; 2], &[Twist<S>; 2]),
+        law: FrictionLaw,
+        settings: &SolveSettings,
+    ) -> Option<(Impulse<S>, Option<IslandReport>)> {
+        if settings.impulses != ImpulseChoice::Any {
+            return None;
+        }
+        if leaves(contact, velocities) {
+            return Some((Impulse::default(), None));
+        }
+        let prepared = PreparedContact::new(contact, masses);
+        let bodies = (law, velocities.as_slice());
+        let (found, climbed) = self.at_once(&prepared, bodies, &Impulse::default(), settings.tolerance)?;
+        let moves = |k: usize| !masses[k].is_fixed();
+        let report = IslandReport {
+            contacts: 1,
+            rows: 0,
+            bodies: usize::from(moves(0)) + usize::from(moves(1)),
+            first_body: usize::from(!moves(0)),
+            residual: climbed.residual.absolute,
+            relative_residual: climbed.residual.relative,
+            worst: climbed.residual.worst,
+            strict_feasibility: None,
+            stages: climbed.stages,
+        };
+        Some((found, Some(report)))
     }
     fn work(
         &mut self,

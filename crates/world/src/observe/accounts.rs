@@ -164,6 +164,23 @@ impl<S: Geometry> Mark<S> {
     }
 }
 
+/// How a body drifts through a flow.
+#[derive(Clone, Copy, Debug)]
+pub struct Drift<'a, S: Space> {
+    /// Where it began \[m\].
+    pub origin: S::Vector,
+    /// Where its velocities lead from there \[m\].
+    pub way: S::Vector,
+    /// Where its kick acted \[m\].
+    pub kicked: S::Vector,
+    /// Where it came \[m\].
+    pub place: S::Vector,
+    /// Velocities before the kick.
+    pub before: &'a Twist<S>,
+    /// Velocities after it.
+    pub after: &'a Twist<S>,
+}
+
 /// The accounts of a set of bodies; none where they are not kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accounts<S: Space> {
@@ -232,6 +249,18 @@ impl<S: Geometry> Accounts<S> {
         *e += energy;
         *p += dp;
         *l += spin;
+    }
+
+    /// Books what a drift does to a body of a mass \[kg\] beyond the work and the moment of its kick, which acted half-way
+    /// to rounding.
+    pub fn drift(&mut self, i: usize, mass: f64, gravity: S::Vector, drift: &Drift<S>) {
+        let Drift { origin, way, kicked, place, before, after } = *drift;
+        let went = place - origin;
+        let account = &mut self.of_bodies[i];
+        account.energy.integrator += mass * gravity.dot(way - went);
+        let (mean, change) = ((before.linear + after.linear) * 0.5, after.linear - before.linear);
+        let off = origin + went * 0.5 - kicked;
+        account.angular_momentum.integrator += S::moment(went, mean * mass) + S::moment(off, change * mass);
     }
 
     /// Books gravity and loads over a time \[s\], acting where the bodies are, by two sets of velocities; what sleeps is

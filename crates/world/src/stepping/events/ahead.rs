@@ -28,7 +28,7 @@ const FLOW_ROUNDS: usize = 100;
 /// Rounds of a flow after which one looks for contacts that come in: places are known to a thousandth of the way then.
 const LOOK: usize = 2;
 /// How much nearer than freely bodies may come over |g| tau^2, where contacts hold one and not the other \[1\].
-const HELD: f64 = 1.0;
+pub(super) const HELD: f64 = 1.0;
 
 /// Plastic contacts that will arrive, and their names.
 struct Ahead<S: Geometry> {
@@ -102,15 +102,15 @@ impl<S: Geometry> Together<'_, S> {
         Ok(ahead.touches)
     }
 
-    /// Moves the set by a flow of a length \[s\] with these contacts and all that come in unseen; gives them all. Where
-    /// they never end, the flow is taken as it comes, and that is counted.
+    /// Moves the set by a flow of a length \[s\] with these contacts and all that come in unseen; gives them all, unless
+    /// that is too long for places to come out. Where they never end, the flow is taken as it comes, and that is counted.
     pub fn flow_with_all(
         &mut self,
         time: f64,
         active: Active<S>,
         stick: Stick,
         tools: &mut Tools<S>,
-    ) -> Result<Active<S>, Halt> {
+    ) -> Result<Option<Active<S>>, Halt> {
         let mut rounds = self.begin_rounds(time, active, stick);
         let (mut seen, mut passed): (Vec<Twist<S>>, Vec<Twist<S>>) = (Vec::new(), Vec::new());
         for _ in 0..FLOW_ROUNDS {
@@ -128,13 +128,14 @@ impl<S: Geometry> Together<'_, S> {
                 coming = self.passing(&rounds, &known, &mut passed, tools.arrivals);
             }
             if coming.is_empty() {
-                return self.end_rounds(rounds);
+                let is_loose = rounds.is_loose;
+                return self.end_rounds(rounds).map(|active| (!is_loose).then_some(active));
             }
             self.add_coming(&mut rounds, coming);
         }
         self.take_rounds(&mut rounds, tools)?;
         self.events.capped += 1;
-        self.end_rounds(rounds)
+        self.end_rounds(rounds).map(Some)
     }
 
     /// Plastic contacts that do not act in a flow and overlap at its end, as they were where it began: features of

@@ -17,6 +17,10 @@ const GROWTH: f64 = 2.0;
 /// A neighbour's reach over a body's own up to which the body keeps its own \[1\].
 const LITTLE: f64 = 1.1;
 
+/// Room around a body's box in which it may move before the search is made anew, over its reach, and over its size at most
+/// \[1\].
+const ROOM: (f64, f64) = (6.0, 1.0);
+
 /// Pairs of bodies that may meet; holds memory, nothing that changes an answer.
 #[derive(Default)]
 pub struct Candidates<S: Geometry> {
@@ -24,6 +28,11 @@ pub struct Candidates<S: Geometry> {
     bounds: Vec<Aabb<S>>,
     indices: Vec<usize>,
     movable: Vec<bool>,
+    /// Boxes with room around those that the last search was made for, and their pairs, sorted.
+    roomy: Vec<Aabb<S>>,
+    near: Vec<(u32, u32)>,
+    /// What the bodies of that search were, as `indices` and `movable`.
+    searched: (Vec<usize>, Vec<bool>),
     /// The pairs, sorted.
     pub pairs: Vec<(usize, usize)>,
     /// For each body, where its pairs begin in `of`.
@@ -53,6 +62,11 @@ pub fn reaches<S: Geometry>(
     (0..bodies.len()).map(guess).collect()
 }
 
+/// True for a box that lies in another.
+fn is_within<S: Geometry>(inner: &Aabb<S>, outer: &Aabb<S>) -> bool {
+    (0..S::DIM).all(|k| outer.min[k] <= inner.min[k] && inner.max[k] <= outer.max[k])
+}
+
 /// True for bodies that contacts may join.
 fn may_meet<S: Geometry>(bodies: &Bodies<S>, i: usize, j: usize) -> bool {
     let (a, b) = (&bodies.data[i], &bodies.data[j]);
@@ -76,12 +90,35 @@ impl<S: Geometry> Candidates<S> {
             self.indices.push(i);
             self.movable.push(d.inverse_mass > 0.0);
         }
-        let indices = &self.indices;
-        let may_pair = |i: usize, j: usize| may_meet(bodies, indices[i], indices[j]);
-        let found = self.broad.update(&self.bounds, &self.movable, &may_pair);
+        self.search(bodies, reaches);
+        let (indices, bounds) = (&self.indices, &self.bounds);
+        let meet = |&&(i, j): &&(u32, u32)| {
+            let (i, j) = (i as usize, j as usize);
+            bounds[i].overlaps(&bounds[j]) && may_meet(bodies, indices[i], indices[j])
+        };
+        let found = self.near.iter().filter(meet);
         self.pairs.clear();
-        self.pairs.extend(found.iter().map(|&(i, j)| (indices[i as usize], indices[j as usize])));
+        self.pairs.extend(found.map(|&(i, j)| (indices[i as usize], indices[j as usize])));
         self.sort_by_body(bodies.len());
+    }
+
+    /// Finds the pairs whose boxes overlap with room around them, unless all are still within that room.
+    fn search(&mut self, bodies: &Bodies<S>, reaches: &[f64]) {
+        let are_within = || self.bounds.iter().zip(&self.roomy).all(|(b, roomy)| is_within(b, roomy));
+        if self.searched.0 == self.indices && self.searched.1 == self.movable && are_within() {
+            return;
+        }
+        self.searched.0.clone_from(&self.indices);
+        self.searched.1.clone_from(&self.movable);
+        let roomy = |(b, &i): (&Aabb<S>, &usize)| {
+            let size = ROOM.1 * bodies.data[i].extent;
+            b.grown((ROOM.0 * reaches[i]).min(size))
+        };
+        self.roomy.clear();
+        self.roomy.extend(self.bounds.iter().zip(&self.indices).map(roomy));
+        let found = self.broad.update(&self.roomy, &self.movable, &|_, _| true);
+        self.near.clear();
+        self.near.extend_from_slice(found);
     }
 
     fn sort_by_body(&mut self, bodies: usize) {

@@ -2,6 +2,7 @@
 //! persists by its velocity, or because it pressed before: the sign of rounding decides nothing.
 
 use super::aim::Aiming;
+use super::limits::Limits;
 use super::together::{Halt, Together, Tools};
 use crate::impact::{Thresholds, Watched};
 use crate::joint::add_all;
@@ -60,6 +61,11 @@ impl<S: Geometry> Active<S> {
     }
 }
 
+/// True for a contact with this normal velocity \[m/s\] that does not count as pressed after the flow that it begins.
+pub(super) fn is_fresh(u: f64, pressed: bool, rest_speed: f64, limits: &Limits) -> bool {
+    !pressed && u.abs() > (FRESH * rest_speed).max(limits.still_speed)
+}
+
 impl<S: Geometry> Together<'_, S> {
     /// Stops or throws back what has arrived and approaches, and what touches it. True when there was an impact.
     pub fn strike(&mut self, touches: &[Touch<S>], tools: &mut Tools<S>) -> Result<bool, Halt> {
@@ -97,13 +103,9 @@ impl<S: Geometry> Together<'_, S> {
     /// True for a contact that has arrived and must not go on as it does.
     pub fn strikes(&self, t: &Touch<S>) -> bool {
         let u = normal_velocity(&self.bodies, t);
-        if self.has_pressed(t.id) {
-            // what the mean-velocity law leaves on curved ways is no impact
-            u < -self.limits.still_speed.max(0.5 * self.limits.rest_speed)
-        } else {
-            let due = self.due == Some((self.members[t.a], self.members[t.b]));
-            (due || t.gap <= self.limits.arrived) && u < -self.limits.still_speed
-        }
+        let pressed = self.has_pressed(t.id);
+        let due = self.due == Some((self.members[t.a], self.members[t.b]));
+        (pressed || due || t.gap <= self.limits.arrived) && u < -self.limits.slowest(pressed)
     }
 
     fn resolve(&mut self, struck: &[Touch<S>], tools: &mut Tools<S>) -> Result<(), Halt> {
@@ -159,11 +161,10 @@ impl<S: Geometry> Together<'_, S> {
             let u = normal_velocity(&self.bodies, t);
             let rest = self.limits.rest_speed_of(t.restitution);
             let pressed = self.has_pressed(t.id);
-            let slowest = if pressed { still.max(0.5 * self.limits.rest_speed) } else { still };
-            if u > rest.max(still) || u < -slowest {
+            if u > rest.max(still) || u < -self.limits.slowest(pressed) {
                 continue; // separates, or comes and has not arrived
             }
-            if !pressed && u.abs() > (FRESH * rest).max(still) {
+            if is_fresh(u, pressed, rest, self.limits) {
                 active.fresh.push(t.id);
             }
             active.names.push(t.id);

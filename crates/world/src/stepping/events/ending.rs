@@ -134,6 +134,9 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let mut points = Vec::new();
         let end = self.common.limits.dt;
         for &(a, b) in &self.common.candidates.pairs {
+            if self.alone.has(a) || self.alone.has(b) {
+                continue; // seen to
+            }
             let (da, db) = (&self.bodies.data[a], &self.bodies.data[b]);
             let (Some(ca), Some(cb)) = (&da.collider, &db.collider) else { continue };
             points.clear();

@@ -12,7 +12,7 @@ use super::timeline::Island;
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::assembly;
 use crate::integrate::turn_freely;
-use crate::observe::accounts::{Cause, Mark, Motive};
+use crate::observe::accounts::{Cause, Drift, Mark, Motive};
 use crate::observe::report::SolveReport;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
@@ -24,7 +24,7 @@ const FLIP: f64 = 0.1;
 /// True for a contact that comes in with a normal velocity which the mean-velocity law throws back, as it would for
 /// ever: it holds no state of rest or rolling, and the next impact is to stop it. Given are the normal velocity where
 /// the flow begins and half-way; on curved ways nearly all of the second is made by the way, and the contact stays.
-fn flips(at_start: f64, at_mean: f64, limits: &Limits) -> bool {
+pub(super) fn flips(at_start: f64, at_mean: f64, limits: &Limits) -> bool {
     at_start.abs() > limits.still_speed && (at_mean - at_start).abs() <= FLIP * at_start.abs()
 }
 
@@ -207,13 +207,10 @@ impl<S: Geometry> Together<'_, S> {
         if !self.accounts.are_kept() || !self.bodies.is_dynamic(i) {
             return;
         }
-        let mass = self.bodies.data[i].mass_properties.mass;
-        let went = self.bodies.motion.position[i] - origin;
-        let account = &mut self.accounts.of_bodies[i];
-        account.energy.integrator += mass * self.settings.gravity.dot(way - went);
-        let (mean, change) = ((before.linear + after.linear) * 0.5, after.linear - before.linear);
-        let off = origin + went * 0.5 - kicked;
-        account.angular_momentum.integrator += S::moment(went, mean * mass) + S::moment(off, change * mass);
+        let place = self.bodies.motion.position[i];
+        let drift = Drift { origin, way, kicked, place, before, after };
+        let (data, gravity) = (&self.bodies.data[i], self.settings.gravity);
+        self.accounts.drift(i, data.mass_properties.mass, gravity, &drift);
     }
 
     /// Keeps the flow's forces, and what it tells of its contacts.

@@ -78,6 +78,11 @@ impl Limits {
     pub fn rest_speed_of(&self, restitution: f64) -> f64 {
         if restitution >= 1.0 { 0.0 } else { self.rest_speed }
     }
+    /// Approaches up to this are no impact \[m/s\]: noise, or of a contact that pressed what the mean-velocity law leaves on
+    /// curved ways.
+    pub fn slowest(&self, pressed: bool) -> f64 {
+        if pressed { self.still_speed.max(0.5 * self.rest_speed) } else { self.still_speed }
+    }
     /// Gap up to which two bodies touch \[m\].
     pub fn touching<S: Geometry>(&self, a: &BodyData<S>, b: &BodyData<S>) -> f64 {
         (self.touching * a.extent.min(b.extent)).max(self.arrived)

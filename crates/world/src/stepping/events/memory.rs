@@ -4,6 +4,7 @@
 //! for it, step by step. It is told from a push by its size, for which the turning is a bound.
 
 use super::flow::Stick;
+use super::limits::Limits;
 use super::rounds::Rounds;
 use super::slipping::{NO_SLIP, STOPPED, slip_of};
 use super::together::Together;
@@ -13,7 +14,7 @@ use carom_solver::Twist;
 use serde::{Deserialize, Serialize};
 
 /// Velocity that a contact which holds may have at a flow's end, over what turns half-way to there \[1\].
-const TURNED: f64 = 2.0;
+pub(super) const TURNED: f64 = 2.0;
 /// What is left of that a step later \[1\], for where a rolling body turns back it stands still for a moment and nothing
 /// turns. Bodies that have come to rest are soon held to none.
 const FADES: f64 = 0.8;
@@ -32,6 +33,11 @@ pub struct Memory {
     pub turned: Vec<(u64, f64)>,
 }
 
+/// What is left of what turning left once a flow of so long is over \[1\].
+pub(super) fn faded(time: f64, limits: &Limits) -> f64 {
+    libm::pow(FADES, time / limits.dt)
+}
+
 impl Memory {
     /// Adds what others remember.
     pub fn take_over(&mut self, others: Memory) {
@@ -39,8 +45,12 @@ impl Memory {
         self.stuck.extend(others.stuck);
         self.turned.extend(others.turned);
     }
+    /// True for a contact that pressed.
+    pub(super) fn has_pressed(&self, id: u64) -> bool {
+        self.pressed.binary_search(&id).is_ok()
+    }
     /// Velocity of a contact that turning has left \[m/s\].
-    fn turned(&self, id: u64) -> f64 {
+    pub(super) fn turned(&self, id: u64) -> f64 {
         self.turned.binary_search_by_key(&id, |t| t.0).map_or(0.0, |k| self.turned[k].1)
     }
     /// Slip of a contact that is none \[m/s\]: noise, or what a flow leaves in which it stuck.
@@ -65,7 +75,7 @@ impl<S: Geometry> Together<'_, S> {
 
     /// True for a contact that pressed in the last flow.
     pub fn has_pressed(&self, id: u64) -> bool {
-        self.known().pressed.binary_search(&id).is_ok()
+        self.known().has_pressed(id)
     }
 
     /// Velocity of a contact that turning has left \[m/s\]: it asks for no stop.
@@ -77,7 +87,7 @@ impl<S: Geometry> Together<'_, S> {
     pub fn recall(&self, rounds: &Rounds<S>) -> Memory {
         let Rounds { last, active, start, after, .. } = rounds;
         let mut memory = Memory::default();
-        let faded = libm::pow(FADES, last.time / self.limits.dt);
+        let faded = faded(last.time, self.limits);
         let contacts = last.problem.contacts.iter().zip(&last.impulses.contacts).enumerate();
         for (k, (c, _)) in contacts.filter(|(_, (_, impulse))| impulse.normal > 0.0) {
             let first = &active.touches[k];

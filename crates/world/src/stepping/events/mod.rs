@@ -4,8 +4,10 @@
 //! contacts join move together, others apart. What it does not do: find the moment at which a contact that holds
 //! begins to slip, for nothing jumps there.
 
+mod accounting;
 mod ahead;
 mod aim;
+mod alone;
 mod arrival;
 mod candidates;
 mod clusters;
@@ -16,7 +18,9 @@ pub(crate) mod flow;
 mod gaps;
 mod gathering;
 mod joints;
+mod leaving;
 mod limits;
+mod lying;
 mod meeting;
 pub(crate) mod memory;
 mod overlap;
@@ -42,6 +46,7 @@ use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
 use crate::stepping::{Chosen, Outside, SchemeReport, choose_solver, damp};
 use crate::warm_start::WarmStart;
+use alone::{Alone, beside};
 use arrival::Arrivals;
 use candidates::{Candidates, reaches};
 use carom_geometry::Geometry;
@@ -109,6 +114,7 @@ impl<S: Geometry> Default for EventsScheme<S> {
 /// What a step leaves behind.
 struct Done<S: Geometry> {
     islands: Vec<Option<Island<S>>>,
+    alone: Alone<S>,
     ledger: Ledger,
     accounts: Accounts<S>,
     joints: Vec<JointImpulse<S>>,
@@ -128,13 +134,14 @@ impl<S: Geometry> EventsScheme<S> {
         bodies: &mut Bodies<S>,
         settings: &Settings<S>,
         step: &Step<S>,
-        Outside { loads, watch, tape, .. }: Outside<S>,
+        Outside { quiet, loads, watch, tape, .. }: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
         choose_solver(&mut self.solver, settings);
         let mut report = SchemeReport::default();
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
-        let wrenches = half_way_loads(bodies, step, loads)?;
+        let wrenches =
+            if quiet { vec![Wrench::default(); bodies.len()] } else { half_way_loads(bodies, step, loads)? };
         let done = match self.attempts(bodies, settings, step, &wrenches, (watch, tape), warm) {
             Ok(done) => done,
             Err(refusal) => {
@@ -195,10 +202,19 @@ impl<S: Geometry> EventsScheme<S> {
             let outgrown = match timeline.run() {
                 Ok(()) => {
                     let Timeline {
-                        islands, ledger, accounts, joints, events, mut log, struck, worst, ..
+                        islands,
+                        alone,
+                        ledger,
+                        accounts,
+                        joints,
+                        events,
+                        mut log,
+                        struck,
+                        worst,
+                        ..
                     } = timeline;
                     log.begin_at(step.time);
-                    return Ok(Done { islands, ledger, accounts, joints, events, log, struck, worst });
+                    return Ok(Done { islands, alone, ledger, accounts, joints, events, log, struck, worst });
                 }
                 Err(Halt::Refused(refusal)) => return Err(refusal),
                 Err(Halt::Gains((a, b), energy)) => {
@@ -234,7 +250,13 @@ impl<S: Geometry> EventsScheme<S> {
         self.joints = done.joints;
         report.events = done.events;
         report.impacts = done.struck;
-        [report.contact_solve, report.impact_solve] = done.worst;
+        let mut alone = done.alone;
+        let [others, impact_solve] = done.worst;
+        let is_one = done.islands.iter().flatten().count() == 1;
+        let join = if is_one { beside } else { SchemeReport::worse };
+        report.contact_solve = join(alone.report.take(), others);
+        report.impact_solve = impact_solve;
+        alone.give(&mut self.problem, &mut self.impulses, &mut self.touches, warm);
         for island in done.islands.into_iter().flatten() {
             report.events.islands += island.islands;
             warm.take_over(island.forces.unwrap_or_default(), island.memory.unwrap_or_default());

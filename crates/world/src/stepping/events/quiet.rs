@@ -1,11 +1,11 @@
-//! How a step begins. Sets of bodies that touch and are struck at once get flows of their own; all others share one
+//! How a step begins. Bodies that are alone are done with at once. Sets of bodies that touch and are struck at once get flows of their own; all others share one
 //! flow, island beside island in one problem, for as long as nothing happens to them. Where something does, the shared
 //! flow is broken up, and each island has the same flow for itself.
 
 use super::contacts::Active;
 use super::flow::Stick;
 use super::tape::Gap;
-use super::timeline::{Course, Island, Timeline, count_islands, longest_flow, split};
+use super::timeline::{Course, Island, Timeline, count_islands, longest_flow, longest_turn, split};
 use super::together::{Halt, Together};
 use crate::joint::mover;
 use crate::narrow_phase::Touch;
@@ -16,7 +16,10 @@ use carom_solver::Partition;
 impl<'a, S: Geometry> Timeline<'a, '_, S> {
     /// Lays out the first flows.
     pub(super) fn begin(&mut self) -> Result<(), Halt> {
-        let all: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
+        let all = self.leave_alone();
+        if all.is_empty() {
+            return Ok(());
+        }
         let mut at = self.gather(&all, 0.0);
         let touches = at.touches();
         let mut sets = self.touching_sets(&at, &touches);
@@ -54,8 +57,10 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             let touches = rest.touches();
             self.share(rest, touches)?;
         }
-        for pair in 0..self.common.candidates.pairs.len() {
-            self.foresee(pair, 0.0);
+        for (pair, &(a, b)) in self.common.candidates.pairs.iter().enumerate() {
+            if !self.alone.has(a) && !self.alone.has(b) {
+                self.foresee(pair, 0.0);
+            }
         }
         Ok(())
     }
@@ -87,19 +92,28 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         active.expect(coming, dt);
         at.forget();
         let (before, start) = (at.memory.clone(), at.save());
-        if longest_flow(&at, &active) < dt {
+        // who arrives to stay is in the flow, and asks for no ways between its ends
+        let follows_ways = !at_once || at.may_bounce();
+        let longest = if follows_ways { longest_flow(&at, &active) } else { longest_turn(&at) };
+        if longest < dt {
             return self.lay_out_each(&at, &active, 0.0, 0, 0);
         }
         let mut complete = at_once;
         let mut stick = if at_once { Stick::End } else { Stick::Mean };
         if at_once {
-            active = at.flow_with_all(dt, active, stick, &mut self.tools)?;
-            if at.ledger.friction > 0.0 {
+            let begun = active.clone();
+            let mut all = at.flow_with_all(dt, active, stick, &mut self.tools)?;
+            if let Some(acted) = all.take_if(|_| at.ledger.friction > 0.0) {
                 // where corners roll, the slip at the end is not what friction acts against; the mean slip is
                 at.restore(&start);
                 stick = Stick::Mean;
-                active = at.flow_with_all(dt, active, stick, &mut self.tools)?;
+                all = at.flow_with_all(dt, acted, stick, &mut self.tools)?;
             }
+            let Some(acted) = all else {
+                at.restore(&start);
+                return self.lay_out_each(&at, &begun, 0.0, 0, 0);
+            };
+            active = acted;
             let capped = std::mem::take(&mut at.events.capped);
             complete = capped == 0;
             self.events.capped += capped;

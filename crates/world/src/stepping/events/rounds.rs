@@ -24,13 +24,13 @@ const LONG: usize = 12;
 /// Change of a normal that the rounds of balls may leave when there were enough; a flow that leaves more is too long \[1\].
 const LOOSE: f64 = 1e-9;
 /// Change of a unit normal below which the round is the last \[1\].
-const SAME_NORMAL: f64 = 3e-15;
+pub(super) const SAME_NORMAL: f64 = 3e-15;
 /// Change of a contact's arms below which the round is the last, over the body's size \[1\].
-const SAME_ARM: f64 = 1e-13;
+pub(super) const SAME_ARM: f64 = 1e-13;
 /// Residual of a round that is not the last, over what the change of the contacts' normals makes of the velocities.
 const SHARE: f64 = 1e-2;
 /// Cosine below which a contact of the same name counts as another one \[1\].
-const ONE_SIDE: f64 = 0.7;
+pub(super) const ONE_SIDE: f64 = 0.7;
 
 /// A flow in the making.
 pub struct Rounds<S: Geometry> {

@@ -3,6 +3,7 @@
 //! between bodies are found on the islands' ways and wait in a queue; when one is due, only the islands that meet are
 //! taken back, brought to the moment, struck, and laid out anew. What an event costs is the matter of its islands.
 
+use super::alone::Alone;
 use super::arrival::{PAUSE, Search, State, Way};
 use super::candidates::Candidates;
 use super::contacts::Active;
@@ -144,6 +145,8 @@ pub struct Timeline<'a, 'w, S: Geometry> {
     /// How far surfaces may come \[m\], by what has been seen of the step so far.
     pub(super) reaches: Vec<f64>,
     pub(super) slots: Vec<usize>,
+    /// Bodies that go through the step by themselves.
+    pub alone: Alone<S>,
     /// Lines of all flows and impacts.
     pub ledger: Ledger,
     /// The same body by body, where that is asked for.
@@ -181,6 +184,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             versions: vec![0; common.candidates.pairs.len()],
             reaches: common.reaches.clone(),
             slots: vec![NONE; bodies.len()],
+            alone: Alone::nobody(bodies.len()),
             ledger: Ledger::default(),
             accounts: Accounts::new(bodies.len(), common.keeps_accounts),
             joints: Vec::new(),
@@ -497,15 +501,20 @@ pub(super) fn state<S: Geometry>(m: &Motion<S>, i: usize) -> State<S> {
 
 /// How long a flow may be for its ways to be found \[s\].
 pub(super) fn longest_flow<S: Geometry>(at: &Together<S>, active: &Active<S>) -> f64 {
+    let swinging = active.touches.iter().map(|t| swing_rate(at, t)).fold(0.0, f64::max);
+    let longest = if at.pairs.is_empty() { f64::INFINITY } else { SWING / swinging };
+    longest_turn(at).min(longest)
+}
+
+/// How long it may be for what turning does to its ways \[s\].
+pub(super) fn longest_turn<S: Geometry>(at: &Together<S>) -> f64 {
     let jointed = !at.bodies.joints.is_empty();
     if at.pairs.is_empty() && !jointed {
         return f64::INFINITY;
     }
-    let m = &at.bodies.motion;
     let turning = (0..at.bodies.len()).filter(|&i| jointed || at.bodies.data[i].turning_arm > 0.0);
-    let fastest = turning.map(|i| m.angular_velocity[i].norm()).fold(0.0, f64::max);
-    let swinging = active.touches.iter().map(|t| swing_rate(at, t)).fold(0.0, f64::max);
-    (TURN / fastest).min(SWING / swinging)
+    let fastest = turning.map(|i| at.bodies.motion.angular_velocity[i].norm()).fold(0.0, f64::max);
+    TURN / fastest
 }
 
 /// How fast the line between two balls that touch turns \[rad/s\]; 0 for other shapes.

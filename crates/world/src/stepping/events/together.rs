@@ -13,7 +13,7 @@ use crate::error::StepError;
 use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::joint::{JointImpulse, add_all};
-use crate::narrow_phase::{Touch, touches_of};
+use crate::narrow_phase::{Touch, restitution_of, touches_of};
 use crate::observe::accounts::Accounts;
 use crate::observe::event_log::{Acted, EventKind, EventLog, PieceKind};
 use crate::observe::ledger::Ledger;
@@ -211,6 +211,11 @@ impl<S: Geometry> Together<'_, S> {
             }
         }
         settled
+    }
+
+    /// True where a pair that may meet has restitution.
+    pub fn may_bounce(&self) -> bool {
+        self.pairs.iter().any(|&pair| restitution_of(&self.bodies, self.settings, pair) > 0.0)
     }
 
     /// Keeps what a trial flow changes.
