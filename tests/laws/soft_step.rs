@@ -3,8 +3,8 @@
 
 use crate::harness::*;
 use carom::{
-    BodyKind, BodySpec, Column, JointSpec, LedgerGroup, Motion, OnInaccurate, Scheme, Settings, SoftSettings,
-    SolverKind, Spatial, SpatialShape, Twist, World, Wrench, vec3,
+    BodyKind, BodySpec, Column, JointSpec, LedgerGroup, Motion, OnInaccurate, Rotation, Scheme, Settings,
+    SoftSettings, SolverKind, Spatial, SpatialShape, Twist, World, Wrench, vec3,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -31,6 +31,7 @@ in_plane_and_space!(
     what_a_force_pushes_through_its_size_in_a_step_meets_the_wall_beside_it,
     a_force_field_is_asked_once_in_a_step_that_overlooks_nothing,
     an_obstacle_that_turns_pays_for_the_friction_that_it_drives,
+    contacts_go_along_with_bodies_that_turn_together,
 );
 
 /// Settings of the scheme.
@@ -515,4 +516,34 @@ pub fn an_obstacle_that_turns_pays_for_the_friction_that_it_drives<S: Dimension>
     });
     assert!(w.ledger().driven > 1.0, "{:?}", w.ledger());
     at_most(w.ledger().closure.abs(), 1e-5 * through, "closure [J]");
+}
+
+/// A block that lies in a ring and turns with it keeps the contact that was found when it came to lie, as on a floor: no search
+/// while nothing moves against the ring, and the block stays where it is in it.
+pub fn contacts_go_along_with_bodies_that_turn_together<S: Dimension>() {
+    let mut w = world::<S>(Settings { gravity: S::Vector::ZERO, ..soft(1.0 / 120.0) });
+    let ring = BodySpec::kinematic(S::joined(vec![
+        (S::block(4.0, 0.2), S::at(0.0, -1.9)),
+        (S::block(4.0, 0.2), S::at(0.0, 1.9)),
+    ]));
+    let spin = S::turn(2.0);
+    let ring = add(&mut w, "ring", ring.spinning(spin).friction(0.6));
+    let place = S::at(0.0, -1.65);
+    let carried = Twist::<S> { linear: S::Vector::ZERO, angular: spin }.at(place);
+    let block = BodySpec::heavy(S::block(0.5, 0.3), 2.0).at(place).moving(carried).spinning(spin);
+    let block = add(&mut w, "block", block.friction(0.6));
+    let seen = |w: &mut World<S>| {
+        let saved: serde_json::Value = serde_json::from_str(&w.snapshot()).expect("a snapshot is JSON");
+        saved["warm"]["patches"][0]["seen"].clone()
+    };
+    run(&mut w, 0.1, |_, _| ());
+    let found = seen(&mut w);
+    assert!(found["normal"].is_array(), "they touch");
+    run(&mut w, 0.4, |_, _| ());
+    assert_eq!(seen(&mut w), found, "the points are those that were found");
+    let motion = &w.bodies().motion;
+    let now = motion.rotation[ring].unrotate(motion.position[block]);
+    at_most((now - place).norm(), 2e-3, "way of the block in the ring [m]");
+    let turned = (motion.position[block] - place).norm();
+    assert!(turned > 1.0, "the ring turned: {turned}");
 }
