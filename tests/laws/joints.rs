@@ -25,6 +25,7 @@ in_plane_and_space!(
     what_starts_apart_is_put_together_and_booked,
     velocities_against_a_joint_end_and_are_booked,
     jointed_bodies_pass_through_each_other_unless_asked,
+    a_joint_parts_a_pair_from_the_next_step_on_and_its_removal_brings_it_back,
     every_integrator_holds_joints,
     every_solver_holds_joints_beside_contacts,
     a_restored_world_goes_on_bit_by_bit,
@@ -495,6 +496,23 @@ pub fn jointed_bodies_pass_through_each_other_unless_asked<S: Dimension>() {
         assert_eq!(met > 0, collide, "impacts: {met}");
         at_most(w.bodies().torn(), 1e-9, "gap over size [1]");
     }
+}
+
+/// Pairs stand for some steps while bodies hardly move, and who may pair is another matter: a joint takes effect at once.
+pub fn a_joint_parts_a_pair_from_the_next_step_on_and_its_removal_brings_it_back<S: Dimension>() {
+    let margin = Settings { contact_margin: Some(0.05), gravity: S::Vector::ZERO, ..Settings::default() };
+    let mut w = world::<S>(Settings { scheme: Scheme::FixedStep, ..margin });
+    add(&mut w, "one", BodySpec::heavy(S::block(1.0, 0.2), 1.0));
+    add(&mut w, "other", BodySpec::heavy(S::block(1.0, 0.2), 1.0).at(S::at(0.0, 0.22)));
+    let contacts = |w: &mut World<S>| {
+        w.step(1e-3).expect("possible");
+        w.touches().len()
+    };
+    assert!(contacts(&mut w) > 0 && contacts(&mut w) > 0, "they are near");
+    join(&mut w, "weld", JointSpec::fixed("other").to("one"));
+    assert_eq!(contacts(&mut w), 0, "a joint keeps them apart");
+    w.remove_joint("weld").expect("is there");
+    assert!(contacts(&mut w) > 0, "nothing does any more");
 }
 
 pub fn every_integrator_holds_joints<S: Dimension>() {

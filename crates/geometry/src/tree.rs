@@ -160,6 +160,11 @@ impl<S: Space> Aabb<S> {
     pub fn overlaps(&self, other: &Self) -> bool {
         (0..S::DIM).all(|i| self.min[i] <= other.max[i] && other.min[i] <= self.max[i])
     }
+    /// True when another box lies within this one; a box that is no number lies in none.
+    #[inline]
+    pub fn contains(&self, other: &Self) -> bool {
+        (0..S::DIM).all(|i| self.min[i] <= other.min[i] && other.max[i] <= self.max[i])
+    }
     /// Distance between two boxes \[m\]; zero when they overlap.
     pub fn distance(&self, other: &Self) -> f64 {
         S::Vector::from_fn(|i| (self.min[i] - other.max[i]).max(other.min[i] - self.max[i]).max(0.0)).norm()

@@ -25,13 +25,13 @@ pub(crate) struct Lasting<S: Space> {
 }
 
 impl<S: Space> Lasting<S> {
-    /// All pairs of boxes that overlap or touch, and perhaps some that do not, in lexicographic order.
+    /// All pairs of boxes that overlap or touch, one of them movable, and perhaps some that do not, in lexicographic order. Who may
+    /// pair is asked by the caller at every step, for it may change while boxes stand.
     pub fn update(
         &mut self,
         broad: &mut BroadPhase<S>,
         (bounds, movable): (&[Aabb<S>], &[bool]),
         changed: Changed<'_>,
-        may_pair: &dyn Fn(usize, usize) -> bool,
     ) -> &[(u32, u32)] {
         if self.stand(bounds, &changed) {
             self.lasted += 1;
@@ -54,13 +54,13 @@ impl<S: Space> Lasting<S> {
             self.boxes[k] = if bounds[k].is_finite() { bounds[k].grown(room) } else { bounds[k] };
         }
         self.pairs.clear();
-        self.pairs.extend_from_slice(broad.update_some(&self.boxes, movable, changed, may_pair));
+        self.pairs.extend_from_slice(broad.update_some(&self.boxes, movable, changed, &|_, _| true));
         &self.pairs
     }
 
     /// Whether everybody is in the box that it was looked for in.
     fn stand(&self, bounds: &[Aabb<S>], changed: &Changed<'_>) -> bool {
-        let within = |k: &u32| contains(&self.boxes[*k as usize], &bounds[*k as usize]);
+        let within = |k: &u32| self.boxes[*k as usize].contains(&bounds[*k as usize]);
         changed.stands_as_before
             && changed.sleeps_as_before
             && self.pause == 0
@@ -80,11 +80,6 @@ fn mean_side<S: Space>(bounds: &[Aabb<S>], movable: &[bool], some: &[u32]) -> f6
     let sides = some.iter().filter(|k| movable[**k as usize]).map(|k| longest(&bounds[*k as usize]));
     let (sum, count) = sides.filter(|side| side.is_finite()).fold((0.0, 0), |(s, n), side| (s + side, n + 1));
     sum / f64::from(count.max(1))
-}
-
-/// Whether one box holds another; one that is no number is in none.
-fn contains<S: Space>(outer: &Aabb<S>, inner: &Aabb<S>) -> bool {
-    (0..S::DIM).all(|k| outer.min[k] <= inner.min[k] && inner.max[k] <= outer.max[k])
 }
 
 #[cfg(test)]
@@ -120,7 +115,7 @@ mod tests {
                 stands_as_before: step > 0,
                 sleeps_as_before: step > 0,
             };
-            let found = lasting.update(&mut broad, (&bounds, &movable), changed, &|_, _| true);
+            let found = lasting.update(&mut broad, (&bounds, &movable), changed);
             let meet = |(i, j): &&(u32, u32)| bounds[*i as usize].overlaps(&bounds[*j as usize]);
             let found: Vec<(u32, u32)> = found.iter().filter(meet).copied().collect();
             assert_eq!(found, anew.update(&bounds, &movable, &|_, _| true), "step {step}");

@@ -167,7 +167,7 @@ impl<S: Geometry> NarrowPhase<S> {
         let lasts = soft || settings.contact_margin.is_some();
         let pairs = if lasts {
             let boxes = (self.bounds.as_slice(), self.movable.as_slice());
-            self.lasting.update(&mut self.broad, boxes, changed, &may_pair)
+            self.lasting.update(&mut self.broad, boxes, changed)
         } else {
             self.lasting.forget();
             let pairs = self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair);
@@ -190,7 +190,7 @@ impl<S: Geometry> NarrowPhase<S> {
             finder.begin(found);
             for &(i, j) in pairs {
                 let (i, j) = (i as usize, j as usize);
-                if lasts && !bounds[i].overlaps(&bounds[j]) {
+                if lasts && !(bounds[i].overlaps(&bounds[j]) && may_pair(i, j)) {
                     continue;
                 }
                 let (a, b) = (indices[i], indices[j]);
@@ -315,7 +315,7 @@ fn place<S: Geometry>(i: usize, ahead: &Ahead<S>) -> Option<Place<S>> {
 }
 
 /// Moves all items to the end of a list; of an empty list without a copy.
-fn take<T>(items: &mut Vec<T>, all: &mut Vec<T>) {
+pub(crate) fn take<T>(items: &mut Vec<T>, all: &mut Vec<T>) {
     if all.is_empty() { std::mem::swap(items, all) } else { all.append(items) }
 }
 

@@ -1,4 +1,4 @@
-//! The world: bodies, the choices of the run, and the step.
+//! The world: bodies, the choices of the run, and the step. Long because the one face that all else is reached by has its docs here.
 
 mod checks;
 mod last;

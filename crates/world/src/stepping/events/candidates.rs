@@ -62,11 +62,6 @@ pub fn reaches<S: Geometry>(
     (0..bodies.len()).map(guess).collect()
 }
 
-/// True for a box that lies in another.
-fn is_within<S: Geometry>(inner: &Aabb<S>, outer: &Aabb<S>) -> bool {
-    (0..S::DIM).all(|k| outer.min[k] <= inner.min[k] && inner.max[k] <= outer.max[k])
-}
-
 /// True for bodies that contacts may join.
 fn may_meet<S: Geometry>(bodies: &Bodies<S>, i: usize, j: usize) -> bool {
     let (a, b) = (&bodies.data[i], &bodies.data[j]);
@@ -104,7 +99,7 @@ impl<S: Geometry> Candidates<S> {
 
     /// Finds the pairs whose boxes overlap with room around them, unless all are still within that room.
     fn search(&mut self, bodies: &Bodies<S>, reaches: &[f64]) {
-        let are_within = || self.bounds.iter().zip(&self.roomy).all(|(b, roomy)| is_within(b, roomy));
+        let are_within = || self.bounds.iter().zip(&self.roomy).all(|(b, roomy)| roomy.contains(b));
         if self.searched.0 == self.indices && self.searched.1 == self.movable && are_within() {
             return;
         }

@@ -25,7 +25,7 @@ use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::integrate::{Loads, Step};
 use crate::joint::JointImpulse;
-use crate::narrow_phase::{NarrowPhase, Touch};
+use crate::narrow_phase::{NarrowPhase, Touch, take};
 use crate::observe::accounts::{Accounts, Cause};
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
@@ -373,11 +373,6 @@ impl<S: Geometry> SoftStep<S> {
 /// Length of a substep \[s\].
 fn substep<S: Geometry>(settings: &Settings<S>, dt: f64) -> f64 {
     dt / settings.soft.substeps as f64
-}
-
-/// Moves all items to the end of a list; to an empty list without a copy.
-fn take<T>(items: &mut Vec<T>, all: &mut Vec<T>) {
-    if all.is_empty() { std::mem::swap(items, all) } else { all.append(items) }
 }
 
 /// The soft solver's choices for a step.
