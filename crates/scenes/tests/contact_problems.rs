@@ -135,3 +135,32 @@ fn a_wall_at_rest_is_solved_by_the_interior_point_alone() {
     stages.dedup();
     assert_eq!(stages, ["sweeps", "interior point"]);
 }
+
+/// Where the path folds again and again, factorisations went on to their last: this wall was left at 4e-7, a lattice took
+/// three times as many.
+#[test]
+fn what_folds_again_and_again_is_brought_near_by_many_sweeps() {
+    let wall = brick_wall::<Spatial>(12, 12, &Variation::sheared(2)).unwrap();
+    let lattice = sphere_lattice::<Spatial>(8, &Variation::perturbed(4)).unwrap();
+    let exact = SolverKind::ALL.into_iter().find(|k| k.name() == "exact").unwrap();
+    for (problem, factorisations) in [(wall, 1500), (lattice, 60)] {
+        let settings = SolveSettings {
+            iterations: usize::MAX,
+            tolerance: 1e-8,
+            factorisations,
+            ..SolveSettings::default()
+        };
+        let mut swept = false;
+        let outcome = exact.make::<Spatial>().solve_watched(
+            &problem,
+            &settings,
+            &mut Impulses::zero(&problem),
+            &mut |progress| {
+                swept |= progress.stage == "many sweeps";
+                true
+            },
+        );
+        assert_eq!(outcome.stop, Stop::Converged, "after {}", outcome.factorisations);
+        assert!(swept);
+    }
+}

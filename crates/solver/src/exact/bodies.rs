@@ -135,6 +135,10 @@ impl<const D: usize> BodySpace<D> {
             *out = self.rows.relative(i, &self.change);
         }
     }
+    /// Multiply-adds of a factorisation.
+    pub fn flops(&self) -> f64 {
+        self.analysis.flops
+    }
 
     /// The sign of the determinant of the factorised matrix.
     pub fn determinant_sign(&self) -> f64 {

@@ -159,6 +159,10 @@ impl<const D: usize> GroupSpace<D> {
             }
         }
     }
+    /// Multiply-adds of a factorisation.
+    pub fn flops(&self) -> f64 {
+        self.analysis.flops
+    }
 
     /// The sign of the determinant of the factorised matrix.
     pub fn determinant_sign(&self) -> f64 {

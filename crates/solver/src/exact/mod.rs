@@ -1,6 +1,7 @@
 //! The exact solver: Coulomb friction to the asked tolerance, one setting for every problem (theory chapter 7):
 //! A sweeps with the exact local solution, and Newton from where they end; B interior point on the nonassociated law;
-//! C a Newton finisher inside B; D proximal Newton; E one curve followed through its folds; F a ladder of other starts.
+//! C a Newton finisher inside B; D proximal Newton; E one curve followed through its folds; F many sweeps;
+//! G a ladder of other starts.
 //! The best iterate of all stages is returned with its errors.
 
 // components are read by their index as in the equations; a negated comparison lets NaN through, as it should
@@ -30,6 +31,7 @@ mod mixed;
 mod newton;
 pub(crate) mod operator;
 mod path;
+mod patient;
 mod pivoted;
 mod principal_pivots;
 mod proximal;
@@ -60,6 +62,7 @@ use interior_point::{CENTRED, Start, interior_point};
 use judge::Errors;
 use memory::Memory;
 use path::follow;
+use patient::patient;
 use proximal::proximal;
 use stage::{Solve, StageEnd};
 use sweeps::Ended;
@@ -367,7 +370,7 @@ fn second_order<const D: usize>(
     };
     if answer.end == StageEnd::Stuck {
         let mut x = solve.vector();
-        answer.end = climb(solve, &mut x, &mut answer.stages);
+        answer.end = climb(solve, goal, &mut x, &mut answer.stages);
         solve.pool.give([x]);
     }
     let least = if goal.is_least() && answer.solved() { minimum_norm::least(solve) } else { None };
@@ -389,16 +392,24 @@ enum Rung {
     Proximal(usize),
     /// The same, if the best errors so far are small: from afar it solves one problem in six, the path nearly all.
     Near(usize),
+    /// Many sweeps, for as long as so many factorisations take, where sweeps are cheap beside them; not where the order
+    /// of contacts must not count.
+    Early(usize),
+    /// The same whatever sweeps cost.
+    Patient(usize),
     /// The path with a smoothing and at most so many factorisations, leaving the best iterate of all stages.
     Path(f64, usize),
 }
 
 /// Cheap stages first; the later ones are for what the earlier ones do not solve.
-const LADDER: [Rung; 14] = [
+const LADDER: [Rung; 17] = [
     Rung::Interior(STARTS[0]),
+    Rung::Early(150),
     Rung::Near(60),
     Rung::Path(0.01, 200),
     Rung::Proximal(60),
+    Rung::Patient(2000),
+    Rung::Near(60),
     Rung::Path(1.0, 400),
     Rung::Proximal(PROXIMAL),
     Rung::Interior(STARTS[1]),
@@ -413,28 +424,50 @@ const LADDER: [Rung; 14] = [
 
 /// Errors below which a solution is near.
 const NEAR: f64 = 1e-3;
+/// Errors below which proximal steps may be as long, and the weight of the first: a start from afar needs more.
+const NEARER: f64 = 1e-5;
+const WEIGHT_NEARER: f64 = 1e-3;
 
 /// One stage after another until one solves the problem.
 fn climb<const D: usize>(
     solve: &mut Solve<'_, D>,
+    goal: &Goal,
     x: &mut Vec<[f64; D]>,
     stages: &mut Vec<Stage>,
 ) -> StageEnd {
+    let mut tried = f64::INFINITY;
     for rung in LADDER {
-        if matches!(rung, Rung::Near(_)) && !(solve.best_errors.worst() < NEAR) {
+        let skipped = match rung {
+            Rung::Near(_) => !(solve.best_errors.worst() < NEAR.min(tried)),
+            Rung::Early(_) => goal.is_least() || !patient::is_cheap(solve),
+            Rung::Patient(_) => goal.is_least(),
+            _ => false,
+        };
+        if skipped {
             continue;
         }
-        let before = solve.system.factorisations;
+        let (before, mut swept) = (solve.system.factorisations, 0);
         let (name, end) = match rung {
             Rung::Interior(start) => ("interior point", interior_point(solve, start, x)),
-            Rung::Proximal(most) | Rung::Near(most) => ("proximal newton", proximal(solve, x, WEIGHT, most)),
+            Rung::Proximal(most) => ("proximal newton", proximal(solve, x, WEIGHT, most)),
+            Rung::Near(most) => {
+                tried = solve.best_errors.worst();
+                let weight = if tried < NEARER { WEIGHT_NEARER } else { WEIGHT };
+                ("proximal newton", proximal(solve, x, weight, most))
+            }
+            Rung::Early(worth) | Rung::Patient(worth) => {
+                let (end, sweeps) = patient(solve, worth);
+                x.clone_from(&solve.best);
+                swept = sweeps;
+                ("many sweeps", end)
+            }
             Rung::Path(smoothing, most) => {
                 let end = follow(solve, smoothing, most);
                 x.clone_from(&solve.best);
                 ("path", end)
             }
         };
-        stages.push(Stage { name, iterations: solve.system.factorisations - before });
+        stages.push(Stage { name, iterations: solve.system.factorisations - before + swept });
         if end != StageEnd::Stuck {
             return end;
         }

@@ -151,6 +151,17 @@ fn add_given<const D: usize>(blocks: &Blocks<D>, u: &mut [[f64; D]]) {
 const PER_COUPLING: [f64; 3] = [0.5, 0.8, 1.3];
 const PER_CONTACT: [f64; 3] = [3.0, 5.0, 14.0];
 const THROUGH_BODIES: [f64; 3] = [27.0, 27.0, 52.0];
+/// What a sweep that is not over couplings takes \[ns\].
+pub fn sweep_price<const D: usize>(blocks: &Blocks<D>) -> f64 {
+    match &blocks.operator {
+        Operator::Matrix(m) => {
+            PER_COUPLING[D - 1] * m.graph.neighbours.len() as f64
+                + THROUGH_BODIES[D - 1] * blocks.count() as f64
+        }
+        Operator::Bodies(_) => THROUGH_BODIES[D - 1] * blocks.count() as f64,
+    }
+}
+
 /// Share of an interior point solve that sweeps may cost before they are asked what they lead to: couplings, bodies.
 const TRIAL: [f64; 2] = [0.08, 0.15];
 
