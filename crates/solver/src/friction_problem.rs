@@ -129,37 +129,56 @@ pub fn project_on_cone(x: &mut [f64], friction: f64) {
     x[1..].iter_mut().for_each(|t| *t *= scale);
 }
 
-/// |(r - P_K(r - step u_hat)) / step|^2 of one contact \[m^2/s^2\]. In each case of the projection the difference is
-/// taken by hand: impulses so huge that r - step u_hat rounds to r hide no velocity.
-fn natural_map_squared<const D: usize>(r: &[f64; D], u_hat: &[f64; D], step: f64, friction: f64) -> f64 {
+/// |(r - P_K(r - step u_hat)) / step|^2 of one contact \[m^2/s^2\], with one over the step. In each case of the
+/// projection the difference is taken by hand: impulses so huge that r - step u_hat rounds to r hide no velocity.
+#[inline(always)]
+fn natural_map_squared<const D: usize>(
+    r: &[f64; D],
+    u_hat: &[f64; D],
+    (step, inverse): (f64, f64),
+    friction: f64,
+) -> f64 {
     let mut x: [f64; D] = std::array::from_fn(|k| r[k] - step * u_hat[k]);
+    if D == 1 {
+        let nearer = if x[0] < 0.0 { r[0] * inverse } else { u_hat[0] };
+        return nearer * nearer;
+    }
     let (tangent, given) = (length(&x[1..]), length(&r[1..]));
     if x[0] >= 0.0 && tangent <= friction * x[0] {
         return square(u_hat);
     }
     if friction * tangent <= -x[0] {
-        return square(r) / (step * step);
+        return square(r) * (inverse * inverse);
     }
     // r - P(x) = step u_hat + g (-mu, t), g (1 + mu^2) = |x_T| - mu x_N, t = x_T / |x_T|
     let turned: f64 = r[1..].iter().zip(&u_hat[1..]).map(|(r, u)| r * u).sum();
     let longer = (step * square(&u_hat[1..]) - 2.0 * turned) / (tangent + given);
-    let over = (given - friction * r[0]) / step + longer + friction * u_hat[0];
+    let over = (given - friction * r[0]) * inverse + longer + friction * u_hat[0];
     let g = over / (1.0 + friction * friction);
-    x[1..].iter_mut().zip(&u_hat[1..]).for_each(|(x, u)| *x = u + g * *x / tangent);
+    let along = g / tangent;
+    x[1..].iter_mut().zip(&u_hat[1..]).for_each(|(x, u)| *x = u + along * *x);
     x[0] = u_hat[0] - g * friction;
     square(&x)
 }
 
+/// The larger of two numbers; `a` where b is none.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+#[inline(always)]
 fn square(x: &[f64]) -> f64 {
     x.iter().map(|a| a * a).sum()
 }
 
+#[inline(always)]
 fn length(x: &[f64]) -> f64 {
     square(x).sqrt()
 }
 
 fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |m, a| m.max(a.abs()))
+    x.iter().fold(0.0, |m, a| larger(m, a.abs()))
 }
 
 fn not_zero(x: f64) -> f64 {
@@ -210,20 +229,20 @@ fn judged<const D: usize>(
 ) -> Measure {
     let (given, _) = problem.velocity.as_chunks::<D>();
     let (size, top) = (not_zero(length(&problem.velocity)), not_zero(largest(&problem.velocity)));
-    let strongest = impulses.iter().map(|r| length(r)).fold(1e-300, f64::max);
+    let strongest = impulses.iter().map(|r| length(r)).fold(1e-300, larger);
     let mut m = Measure::default();
     for (i, (r, &mu)) in impulses.iter().zip(&problem.friction).enumerate() {
         let u: [f64; D] = std::array::from_fn(|k| velocity[i][k] + given[i][k]);
         let slip = length(&u[1..]);
         let mut u_hat = u;
         u_hat[0] += mu * slip;
-        m.natural += natural_map_squared(r, &u_hat, 1.0, mu);
-        m.scaled += natural_map_squared(r, &u_hat, 1.0 / norms[i], mu);
+        m.natural += natural_map_squared(r, &u_hat, (1.0, 1.0), mu);
+        m.scaled += natural_map_squared(r, &u_hat, (1.0 / norms[i], norms[i]), mu);
         let tangent = length(&r[1..]);
-        m.cone = m.cone.max(tangent - mu * r[0]).max(-r[0]);
-        m.penetration = m.penetration.max(-u[0]);
-        m.complementarity =
-            m.complementarity.max(r.iter().zip(&u_hat).map(|(r, u)| r * u).sum::<f64>().abs());
+        m.cone = larger(larger(m.cone, tangent - mu * r[0]), -r[0]);
+        m.penetration = larger(m.penetration, -u[0]);
+        let power: f64 = r.iter().zip(&u_hat).map(|(r, u)| r * u).sum();
+        m.complementarity = larger(m.complementarity, power.abs());
         if r[0] <= 1e-9 * strongest {
             m.take_off += 1;
         } else if tangent > 0.0 && tangent >= mu * r[0] * (1.0 - 1e-6) && slip > 1e-9 * top {

@@ -51,7 +51,8 @@ pub struct FrictionOutcome {
     pub stages: Vec<Stage>,
     /// Factorisations spent in all stages.
     pub factorisations: usize,
-    /// Wall-clock seconds of the solve alone, final measure excluded.
+    /// Wall-clock seconds of the solve alone, final measure excluded; 0 for what is solved at once, in less time than
+    /// it takes to read a clock.
     pub seconds: f64,
     /// Why it is not solved, in words; empty when it is.
     pub reason: String,

@@ -35,7 +35,11 @@ impl Couplings {
         };
         own.starts.push(0);
         for i in 0..nodes {
-            for k in graph.row(i).filter(|&k| graph.neighbours[k] as usize != i) {
+            // what a sweep has just moved comes last: a sum waits for it, not after it
+            let (row, own_place) = (graph.row(i), graph.position(i, i));
+            let after = own_place.map_or(row.end, |at| at + 1)..row.end;
+            let before = row.start..own_place.unwrap_or(row.end);
+            for k in after.chain(before) {
                 own.neighbours.push(graph.neighbours[k]);
                 let block = &matrix.values[graph.offsets[k] as usize..][..d * d];
                 if d == 3 {
@@ -48,20 +52,52 @@ impl Couplings {
         }
         own
     }
-    /// The velocity of contact i that the impulses of the others make, `places` numbers each.
+    /// What presses on each contact, one after another.
     #[inline(always)]
-    pub fn pull<S: Simd, const D: usize>(&self, simd: S, i: usize, r: &[f64]) -> [f64; D] {
-        let (start, end) = (self.starts[i] as usize, self.starts[i + 1] as usize);
-        let neighbours = &self.neighbours[start..end];
-        let size = D * places(D);
-        let values = &self.values[start * size..end * size];
-        let mut out = [0.0; D];
+    pub fn rows<const D: usize>(&self) -> Rows<'_, D> {
+        Rows { starts: &self.starts, neighbours: &self.neighbours, values: &self.values }
+    }
+}
+
+/// The rows that are left.
+pub struct Rows<'a, const D: usize> {
+    starts: &'a [u32],
+    neighbours: &'a [u32],
+    values: &'a [f64],
+}
+
+/// What presses on one contact.
+pub struct Row<'a, const D: usize> {
+    neighbours: &'a [u32],
+    values: &'a [f64],
+}
+
+impl<'a, const D: usize> Iterator for Rows<'a, D> {
+    type Item = Row<'a, D>;
+    #[inline(always)]
+    fn next(&mut self) -> Option<Row<'a, D>> {
+        let [start, end, ..] = *self.starts else { return None };
+        self.starts = &self.starts[1..];
+        let count = (end - start) as usize;
+        let (neighbours, others) = self.neighbours.split_at(count);
+        let (values, rest) = self.values.split_at(count * D * places(D));
+        (self.neighbours, self.values) = (others, rest);
+        Some(Row { neighbours, values })
+    }
+}
+
+impl<const D: usize> Row<'_, D> {
+    /// A velocity and what the impulses of the other contacts, `places` numbers each, add to it.
+    #[inline(always)]
+    pub fn pull<S: Simd>(&self, simd: S, velocity: &[f64; D], r: &[f64]) -> [f64; D] {
+        let mut out = *velocity;
+        let given = (self.values, self.neighbours);
         match D {
-            3 => pull_in_space(simd, (values, neighbours), r, &mut out),
-            2 => pull_in_the_plane(simd, (values, neighbours), r, &mut out),
+            3 => pull_in_space(simd, given, r, &mut out),
+            2 => pull_in_the_plane(simd, given, r, &mut out),
             _ => {
-                let mut sum = 0.0;
-                for (w, &j) in values.iter().zip(neighbours) {
+                let mut sum = out[0];
+                for (w, &j) in self.values.iter().zip(self.neighbours) {
                     sum += w * r[j as usize];
                 }
                 out[0] = sum;
@@ -84,9 +120,9 @@ impl<const D: usize> WithSimd for Product<'_, D> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Product { couplings, matrix, r, out } = self;
         let own = matrix.diagonal.iter().zip(r.chunks_exact(places(D)));
-        for (i, (out, (&at, own))) in out.iter_mut().zip(own).enumerate() {
+        for (out, ((&at, own), row)) in out.iter_mut().zip(own.zip(couplings.rows::<D>())) {
             let block = &matrix.values[at as usize..][..D * D];
-            *out = couplings.pull(simd, i, r);
+            *out = row.pull(simd, &[0.0; D], r);
             for k in 0..D {
                 for c in 0..D {
                     out[k] += block[k * D + c] * own[c];
@@ -120,8 +156,9 @@ fn pull_in_space<S: Simd>(simd: S, (values, neighbours): (&[f64], &[u32]), r: &[
         return;
     }
     let zero = simd.splat_f64s(0.0);
+    let given = [out[0], out[1], out[2], 0.0];
     // three sums, so that none waits for itself
-    let (mut first, mut second, mut third) = (zero, zero, zero);
+    let (mut first, mut second, mut third) = (S::as_simd_f64s(&given).0[0], zero, zero);
     for (block, &j) in blocks.iter().zip(neighbours) {
         let x = &r[j as usize];
         let columns = S::as_simd_f64s(block).0;
@@ -154,7 +191,8 @@ fn pull_in_the_plane<S: Simd>(simd: S, (values, neighbours): (&[f64], &[u32]), r
     }
     let mut stored = [0.0; 4];
     S::as_mut_simd_f64s(&mut stored).0[0] = sum;
-    (out[0], out[1]) = (stored[0] + stored[1], stored[2] + stored[3]);
+    out[0] += stored[0] + stored[1];
+    out[1] += stored[2] + stored[3];
 }
 
 #[cfg(test)]
@@ -168,7 +206,7 @@ mod tests {
         type Output = [f64; D];
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> [f64; D] {
-            self.0.pull(simd, self.1, self.2)
+            self.0.rows().nth(self.1).expect("a contact").pull(simd, &[0.0; D], self.2)
         }
     }
 

@@ -3,6 +3,8 @@
 //! r_T = -S^-1 g, and slip (S + alpha) r_T = -g with |r_T| = mu r_N, a scalar equation in alpha that is decreasing
 //! between its ends, so a bracketed Newton iteration never fails.
 
+use pulp::Simd;
+
 /// What the solution of one contact needs of its diagonal block, made once.
 #[derive(Clone, Copy, Debug)]
 pub struct Local<const D: usize> {
@@ -60,7 +62,8 @@ impl<const D: usize> Local<D> {
             local.skew = 0.5 * (left - right);
             let determinant = a * c - h * h;
             if determinant > 1e-14 * (a * a + c * c) {
-                local.stick = Some([c / determinant, a / determinant, -h / determinant]);
+                let inverse = 1.0 / determinant;
+                local.stick = Some([c * inverse, a * inverse, -h * inverse]);
             }
             (local.values, local.axis) = eigen(a, c, h);
             local.turned_pulls = turned(local.axis, local.pulls);
@@ -72,16 +75,35 @@ impl<const D: usize> Local<D> {
     /// asymmetric block that the eigenbasis leaves out.
     #[inline(always)]
     pub fn solve(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
-        self.solve_by::<false>(b, old)
+        self.solve_by::<false, false>(b, old, NEAR)
     }
     /// The same in less time where the last slip is near: sweeps over couplings, one after another, wait for it.
     #[inline(always)]
-    pub fn solve_near(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
-        self.solve_by::<true>(b, old)
+    pub fn solve_near<S: Simd>(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
+        // registers of four are those of machines that multiply and add at once
+        if S::F64_LANES == 4 {
+            self.solve_by::<true, true>(b, old, NEAR)
+        } else {
+            self.solve_by::<true, false>(b, old, NEAR)
+        }
+    }
+    /// The same where no sweep comes back: to rounding where the block is symmetric, else the part left out follows
+    /// `old`, and this is repeated until it stands.
+    pub fn solve_alone(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
+        self.solve_by::<true, false>(b, old, LAST)
+    }
+    /// True where one solution alone is the last.
+    pub fn is_symmetric(&self) -> bool {
+        self.skew.abs() <= f64::EPSILON * self.values[0]
     }
 
     #[inline(always)]
-    fn solve_by<const NEAR: bool>(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
+    fn solve_by<const QUICKLY: bool, const FUSED: bool>(
+        &mut self,
+        b: &[f64; D],
+        old: &[f64; D],
+        near: f64,
+    ) -> [f64; D] {
         let mut r = [0.0; D];
         // a contact that no impulse moves (NaN included) is left alone
         if b[0] >= 0.0 || !(self.inverse > 0.0) {
@@ -91,7 +113,7 @@ impl<const D: usize> Local<D> {
             1 => r[0] = -b[0] * self.inverse,
             2 => (r[0], r[1]) = self.in_the_plane([b[0], b[1]]),
             _ => {
-                let found = self.in_space::<NEAR>([b[0], b[1], b[2]], [old[1], old[2]]);
+                let found = self.in_space::<QUICKLY, FUSED>([b[0], b[1], b[2]], [old[1], old[2]], near);
                 r.copy_from_slice(&found);
             }
         }
@@ -126,33 +148,46 @@ impl<const D: usize> Local<D> {
     }
 
     #[inline(always)]
-    fn in_space<const NEAR: bool>(&mut self, b: [f64; 3], old: [f64; 2]) -> [f64; 3] {
+    fn in_space<const QUICKLY: bool, const FUSED: bool>(
+        &mut self,
+        b: [f64; 3],
+        old: [f64; 2],
+        near: f64,
+    ) -> [f64; 3] {
         let (mu, pulls, axis) = (self.mu, self.pulls, self.axis);
         let free = -b[0] * self.inverse;
         if mu <= 0.0 {
             return [free, 0.0, 0.0];
         }
         let g = [
-            b[1] + self.pushed[0] * free + self.skew * old[1],
-            b[2] + self.pushed[1] * free - self.skew * old[0],
+            plus::<FUSED>(self.pushed[0], free, plus::<FUSED>(self.skew, old[1], b[1])),
+            plus::<FUSED>(self.pushed[1], free, plus::<FUSED>(-self.skew, old[0], b[2])),
         ];
         if let Some([a, c, h]) = self.stick {
-            let tangent = [-(a * g[0] + h * g[1]), -(c * g[1] + h * g[0])];
-            let normal = free - pulls[0] * tangent[0] - pulls[1] * tangent[1];
-            let squared = tangent[0] * tangent[0] + tangent[1] * tangent[1];
+            // of the opposite sign
+            let tangent = [plus::<FUSED>(a, g[0], h * g[1]), plus::<FUSED>(c, g[1], h * g[0])];
+            let normal = plus::<FUSED>(pulls[1], tangent[1], plus::<FUSED>(pulls[0], tangent[0], free));
+            let squared = plus::<FUSED>(tangent[0], tangent[0], tangent[1] * tangent[1]);
             if normal >= 0.0 && squared <= mu * mu * normal * normal {
-                return [normal, tangent[0], tangent[1]];
+                return [normal, -tangent[0], -tangent[1]];
             }
         }
         let (g, pulls) = (turned(axis, g), self.turned_pulls);
         let (values, alpha) = (self.values, &mut self.alpha);
-        let near = if NEAR { slipping_near(values, g, pulls, (free, mu), alpha) } else { None };
-        let (normal, t) = match near {
+        let quick =
+            if QUICKLY { slipping_near::<FUSED>(values, g, pulls, (free, mu), (alpha, near)) } else { None };
+        let (normal, t) = match quick {
             Some(found) => found,
-            None => slipping(values, g, pulls, (free, mu), alpha),
+            None => slipping(values, g, pulls, (free, mu), (alpha, near.min(CLOSE))),
         };
         [normal, axis[0] * t[0] - axis[1] * t[1], axis[1] * t[0] + axis[0] * t[1]]
     }
+}
+
+/// a b + c, rounded once where the machine does that in one instruction.
+#[inline(always)]
+pub(super) fn plus<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
 /// A tangent in the basis that begins with this axis.
@@ -168,60 +203,77 @@ fn eigen(a: f64, c: f64, h: f64) -> ([f64; 2], [f64; 2]) {
     let values = [mean + radius, (mean - radius).max(0.0)];
     let axis = if difference >= 0.0 { [difference + radius, h] } else { [h, radius - difference] };
     let size = (axis[0] * axis[0] + axis[1] * axis[1]).sqrt();
-    let axis = if size > 0.0 { [axis[0] / size, axis[1] / size] } else { [1.0, 0.0] };
+    let inverse = 1.0 / size;
+    let axis = if size > 0.0 { [axis[0] * inverse, axis[1] * inverse] } else { [1.0, 0.0] };
     (values, axis)
 }
 
 /// Steps that are tried before the bracketed ones.
-const QUICK: usize = 3;
-/// Relative change of alpha that is small enough for them: sweeps come back before its square matters.
+const QUICK: usize = 6;
+/// Change of alpha, as a share of what it is added to, that is small enough for them: sweeps come back before its
+/// square matters.
 const NEAR: f64 = 0.05;
+/// The same where none comes back: its square is rounding.
+const LAST: f64 = 1e-8;
+/// Most of alpha that a step takes away where it would take all: no slip has alpha = 0.
+const MOST: f64 = 0.75;
 
-/// Slip as below, by steps that wait for one division each and no root: with p = (d_1 + alpha) (d_2 + alpha),
-/// T = p t and N = p n they are Newton's on |T|^2 - mu^2 N^2. `None` where they do not come near, with `last` as
+/// Slip as below, by steps that wait for one division each and no root: with q = (mu n / |t|)^2 they are Newton's on
+/// mu n / |t|, nearly linear in alpha, which is q's times 2 / (1 + q^-1/2), here (1 + 3 q) / (2 (1 + q)): the same to
+/// second order. With p = (d_1 + alpha) (d_2 + alpha) all is in terms of T = p t and N = p n. `None` where they do not come near, with `last` as
 /// close as they came.
 #[inline(always)]
-fn slipping_near(
+fn slipping_near<const FUSED: bool>(
     d: [f64; 2],
     g: [f64; 2],
     coupling: [f64; 2],
     (free, mu): (f64, f64),
-    last: &mut f64,
+    (last, near): (&mut f64, f64),
 ) -> Option<(f64, [f64; 2])> {
     let mut alpha = if *last > 0.0 { *last } else { first_alpha(d, g, mu * free) };
     for _ in 0..QUICK {
         let both = [d[1] + alpha, d[0] + alpha];
         let p = both[0] * both[1];
         let inverse = 1.0 / p;
-        let t = [-g[0] * both[0], -g[1] * both[1]];
-        let normal = free * p - coupling[0] * t[0] - coupling[1] * t[1];
+        // of the opposite sign, as is `pull`
+        let t = [g[0] * both[0], g[1] * both[1]];
+        let pull = plus::<FUSED>(coupling[0], t[0], coupling[1] * t[1]);
+        let normal = plus::<FUSED>(free, p, pull);
         let bound = mu * mu * normal;
-        let excess = t[0] * t[0] + t[1] * t[1] - bound * normal;
-        let fall = [t[0] + bound * coupling[0], t[1] + bound * coupling[1]];
-        let fall = 2.0 * (fall[0] * t[0] * both[0] + fall[1] * t[1] * both[1]);
-        let change = excess / fall * p;
+        let (squared, limit) = (plus::<FUSED>(t[0], t[0], t[1] * t[1]), bound * normal);
+        let excess = plus::<FUSED>(-bound, normal, squared);
+        let turns = [t[0] * both[0], t[1] * both[1]];
+        let lift = plus::<FUSED>(coupling[0], turns[0], coupling[1] * turns[1]);
+        let shrink = plus::<FUSED>(t[0], turns[0], t[1] * turns[1]);
+        let fall = plus::<FUSED>(limit, shrink, -(bound * lift) * squared);
+        let likely = plus::<FUSED>(3.0, limit, squared) * squared;
+        let change = 0.25 * p * excess * likely / (fall * (squared + limit));
         // a contact that would pull, and NaN
-        if !(normal > 0.0 && fall > 0.0 && change > -0.5 * alpha) {
+        if !(normal > 0.0 && fall > 0.0 && change < f64::INFINITY) {
             break;
         }
+        let change = if change > -alpha { change } else { -MOST * alpha };
         alpha += change;
-        if change.abs() <= NEAR * alpha {
-            *last = alpha;
-            let part = change * inverse;
-            let t = [t[0] * inverse * (1.0 - both[0] * part), t[1] * inverse * (1.0 - both[1] * part)];
-            let normal = free - coupling[0] * t[0] - coupling[1] * t[1];
-            return Some((normal.max(0.0), t));
-        }
         *last = alpha;
+        if change.abs() <= near * both[0] {
+            let part = change * inverse;
+            let left = [plus::<FUSED>(-both[0], part, 1.0), plus::<FUSED>(-both[1], part, 1.0)];
+            let t = [t[0] * inverse * left[0], t[1] * inverse * left[1]];
+            let normal = plus::<FUSED>(coupling[1], t[1], plus::<FUSED>(coupling[0], t[0], free));
+            return Some((normal.max(0.0), [-t[0], -t[1]]));
+        }
     }
     None
 }
 
-/// alpha without coupling, for equal eigenvalues; positive where those are.
+/// alpha without coupling: that for equal eigenvalues, at least what each direction alone asks for; positive where those
+/// are.
 #[inline(always)]
 fn first_alpha(d: [f64; 2], g: [f64; 2], bound: f64) -> f64 {
     let pull = (g[0] * g[0] + g[1] * g[1]).sqrt();
-    let alpha = (pull / bound - 0.5 * (d[0] + d[1])).max(0.0);
+    let inverse = 1.0 / bound;
+    let alone = (g[0].abs() * inverse - d[0]).max(g[1].abs() * inverse - d[1]);
+    let alpha = (pull * inverse - 0.5 * (d[0] + d[1])).max(alone);
     if alpha > 0.0 { alpha } else { 1e-3 * d[0] }
 }
 
@@ -233,7 +285,7 @@ fn slipping(
     g: [f64; 2],
     coupling: [f64; 2],
     (free, mu): (f64, f64),
-    last: &mut f64,
+    (last, close): (&mut f64, f64),
 ) -> (f64, [f64; 2]) {
     let (mut low, mut high) = (0.0, f64::INFINITY);
     let mut alpha = if *last > 0.0 { *last } else { first_alpha(d, g, mu * free) };
@@ -262,7 +314,7 @@ fn slipping(
         let mut next = alpha + change;
         if !(next > low && next < high) {
             next = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * alpha + 1e-3 * d[0] };
-        } else if change.abs() <= CLOSE * alpha {
+        } else if change.abs() <= close * alpha {
             *last = next;
             t = [t[0] - t[0] * inverse[0] * change, t[1] - t[1] * inverse[1] * change];
             normal = free - coupling[0] * t[0] - coupling[1] * t[1];
@@ -297,7 +349,7 @@ mod tests {
         let mut local = Local::new(w, mu);
         let mut r = [0.0; 3];
         for _ in 0..12 {
-            r = if near { local.solve_near(b, &r) } else { local.solve(b, &r) };
+            r = if near { local.solve_near::<pulp::Scalar>(b, &r) } else { local.solve(b, &r) };
         }
         r
     }

@@ -1,7 +1,10 @@
 //! Complementarity problems of a few unknowns on the stack: Gauss-Seidel sweeps, which are enough where few impulses
 //! press on each other, then Lemke's path in a condensed tableau. What is degenerate is left to more careful ways.
 
+use super::local::plus;
 use super::operator::Matrix;
+use super::row::in_fours;
+use pulp::{Simd, WithSimd};
 
 /// Most unknowns.
 pub const LARGEST: usize = 8;
@@ -10,11 +13,11 @@ const SWEEPS: usize = 2;
 /// Pivots below this share of their column, and ratios closer than this, are left to others.
 const DOUBTFUL: f64 = 1e-10;
 
-/// M by columns, q and the scale of q.
-struct Small {
+/// M by columns, q and the scale of q, for at most N unknowns.
+struct Small<const N: usize> {
     n: usize,
-    columns: [[f64; LARGEST]; LARGEST],
-    q: [f64; LARGEST],
+    columns: [[f64; N]; N],
+    q: [f64; N],
     size: f64,
 }
 
@@ -25,23 +28,52 @@ pub fn solved(m: &Matrix, q: &[f64], tolerance: f64, z: &mut [f64]) -> Option<(&
         z.fill(0.0);
         return Some(("sweeps", 0));
     }
-    let small = Small::of(m, q);
-    let mut found = [0.0; LARGEST];
-    let ended = match small.swept(tolerance, &mut found) {
-        Some(rounds) => ("sweeps", rounds),
-        None => ("pivots", small.along_path(&mut found)?),
-    };
-    z.copy_from_slice(&found[..small.n]);
-    Some(ended)
+    if q.len() <= 4 {
+        in_fours(Solved::<4, 8>(m, q, tolerance, z))
+    } else {
+        in_fours(Solved::<8, 12>(m, q, tolerance, z))
+    }
 }
 
-impl Small {
+/// The same for at most N unknowns; rows of the tableau have W >= N + 2 numbers.
+struct Solved<'a, const N: usize, const W: usize>(&'a Matrix, &'a [f64], f64, &'a mut [f64]);
+
+impl<const N: usize, const W: usize> WithSimd for Solved<'_, N, W> {
+    type Output = Option<(&'static str, usize)>;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
+        let Solved(m, q, tolerance, z) = self;
+        let small = Small::<N>::of(m, q);
+        let mut found = [0.0; N];
+        let fused = S::F64_LANES == 4;
+        let swept = if fused {
+            small.swept::<true>(tolerance, &mut found)
+        } else {
+            small.swept::<false>(tolerance, &mut found)
+        };
+        let ended = match swept {
+            Some(rounds) => ("sweeps", rounds),
+            None => ("pivots", small.along_path::<W>(&mut found)?),
+        };
+        z.copy_from_slice(&found[..small.n]);
+        Some(ended)
+    }
+}
+
+impl<const N: usize> Small<N> {
+    #[inline(always)]
     fn of(matrix: &Matrix, velocity: &[f64]) -> Self {
-        let n = velocity.len();
-        let (mut columns, mut q) = ([[0.0; LARGEST]; LARGEST], [0.0; LARGEST]);
-        q[..n].copy_from_slice(velocity);
+        let n = velocity.len().min(N);
+        let (mut columns, mut q) = ([[0.0; N]; N], [0.0; N]);
+        q[..n].copy_from_slice(&velocity[..n]);
         let graph = &matrix.graph;
+        let is_full = graph.neighbours.len() == n * n;
         for i in 0..n {
+            if is_full {
+                let row = &matrix.values[i * n..][..n];
+                (0..n).for_each(|j| columns[j][i] = row[j]);
+                continue;
+            }
             let stored = graph.row(i);
             for (&j, &value) in graph.neighbours[stored.clone()].iter().zip(&matrix.values[stored]) {
                 columns[j as usize][i] = value;
@@ -51,57 +83,72 @@ impl Small {
         Small { n, columns, q, size }
     }
     /// Sweeps from zero; how many were enough.
-    fn swept(&self, tolerance: f64, z: &mut [f64; LARGEST]) -> Option<usize> {
+    #[inline(always)]
+    fn swept<const FUSED: bool>(&self, tolerance: f64, z: &mut [f64; N]) -> Option<usize> {
         let n = self.n;
         if !(0..n).all(|i| self.columns[i][i] > 0.0) {
             return None;
         }
+        let mut inverse = [0.0; N];
+        (0..n).for_each(|i| inverse[i] = 1.0 / self.columns[i][i]);
         let mut w = self.q;
         for sweep in 1..=SWEEPS {
             for k in 0..n {
                 // back and forth, so that the order of the unknowns does not matter
                 let i = if sweep % 2 == 0 { k } else { n - 1 - k };
-                let column = &self.columns[i];
-                let next = (z[i] - w[i] / column[i]).max(0.0);
+                let next = larger(0.0, plus::<FUSED>(-w[i], inverse[i], z[i]));
                 let moved = next - z[i];
                 z[i] = next;
-                w.iter_mut().zip(column).for_each(|(w, m)| *w += m * moved);
+                w.iter_mut().zip(&self.columns[i]).for_each(|(w, m)| *w = plus::<FUSED>(*m, moved, *w));
             }
-            let off = |i: usize| w[i].min(z[i] * self.columns[i][i]);
-            let squared: f64 = (0..n).map(|i| off(i) * off(i)).sum();
-            if squared <= (0.1 * tolerance * self.size).powi(2) {
+            let mut squared = 0.0;
+            for i in 0..n {
+                let weight = z[i] * self.columns[i][i];
+                let off = if w[i] < weight { w[i] } else { weight };
+                squared += off * off;
+            }
+            let bound = 0.1 * tolerance * self.size;
+            if squared <= bound * bound {
                 return Some(sweep);
             }
         }
         None
     }
-    /// Lemke's path: basic = right + rows . (other variables), of which all are zero but the one that enters.
-    /// Variables: w_i = i, z_i = n + i, the covering one 2 n; its column is the last.
-    fn along_path(&self, z: &mut [f64; LARGEST]) -> Option<usize> {
+    /// Lemke's path: basic = rows . (other variables, 1), of which all are zero but the one that enters.
+    /// Variables: w_i = i, z_i = N + i, the covering one 2 N; its column is N, that of 1 is N + 1.
+    #[inline(always)]
+    fn along_path<const W: usize>(&self, z: &mut [f64; N]) -> Option<usize> {
         let n = self.n;
-        let (mut rows, mut right) = ([[0.0; LARGEST + 1]; LARGEST], self.q);
-        let (mut basic, mut other) = ([0; LARGEST], [0; LARGEST + 1]);
+        let mut rows = [[0.0; W]; N];
+        // place of a variable that is not basic, by its number
+        let mut place = [0_u8; 2 * LARGEST + 1];
+        let (mut basic, mut other) = ([0_u8; N], [0_u8; W]);
         for i in 0..n {
-            (0..n).for_each(|j| rows[i][j] = self.columns[j][i]);
-            rows[i][n] = COVER[i];
-            (basic[i], other[i]) = (i, n + i);
+            (0..N).for_each(|j| rows[i][j] = self.columns[j][i]);
+            (rows[i][N], rows[i][N + 1]) = (COVER[i], self.q[i]);
+            (basic[i], other[i], place[N + i]) = (i as u8, (N + i) as u8, i as u8);
         }
-        other[n] = 2 * n;
-        let need = |i: usize| self.q[i] / COVER[i];
-        let mut leaving = (0..n).min_by(|&a, &b| need(a).total_cmp(&need(b)))?;
-        let mut column = n;
+        (other[N], place[2 * N]) = (2 * N as u8, N as u8);
+        let (mut leaving, mut least) = (0, f64::INFINITY);
+        for i in 0..n {
+            let need = self.q[i] * INVERSE_COVER[i];
+            (leaving, least) = if need < least { (i, need) } else { (leaving, least) };
+        }
+        let (mut column, mut inverse) = (N, INVERSE_COVER[leaving]);
         for pivots in 1..=4 * n + 4 {
-            exchange(&mut rows[..n], &mut right, (leaving, column));
+            exchange(&mut rows, n, (leaving, column), inverse);
             std::mem::swap(&mut basic[leaving], &mut other[column]);
-            let left = other[column];
-            if left == 2 * n {
+            let left = other[column] as usize;
+            place[left] = column as u8;
+            if left == 2 * N {
                 z.fill(0.0);
-                (0..n).filter(|&i| basic[i] >= n).for_each(|i| z[basic[i] - n] = right[i]);
-                return right[..n].iter().all(|x| *x >= 0.0).then_some(pivots);
+                for i in (0..n).filter(|&i| basic[i] as usize >= N) {
+                    z[basic[i] as usize - N] = rows[i][N + 1];
+                }
+                return (0..n).all(|i| rows[i][N + 1] >= 0.0).then_some(pivots);
             }
-            let entering = if left < n { left + n } else { left - n };
-            column = other[..=n].iter().position(|&v| v == entering)?;
-            leaving = row_to_leave(&rows[..n], &right, &basic, column)?;
+            column = place[if left < N { left + N } else { left - N }] as usize;
+            (leaving, inverse) = row_to_leave(&rows, n, &basic, column)?;
         }
         None
     }
@@ -109,57 +156,79 @@ impl Small {
 
 /// A covering vector that ties no two rows of one kind: one plus fractional parts of multiples of the golden ratio.
 const COVER: [f64; LARGEST] = [1.618, 1.236, 1.854, 1.472, 1.090, 1.708, 1.326, 1.944];
-
-/// The basic variable of a row and the variable of a column change places; columns that are not used hold zeros.
-#[inline(always)]
-fn exchange(rows: &mut [[f64; LARGEST + 1]], right: &mut [f64; LARGEST], (r, c): (usize, usize)) {
-    let inverse = 1.0 / rows[r][c];
-    let mut own = rows[r].map(|x| -x * inverse);
-    own[c] = inverse;
-    let value = -right[r] * inverse;
-    for (row, right) in rows.iter_mut().zip(right.iter_mut()) {
-        let factor = std::mem::take(&mut row[c]);
-        for k in 0..=LARGEST {
-            row[k] += factor * own[k];
-        }
-        *right += factor * value;
+/// One over it.
+const INVERSE_COVER: [f64; LARGEST] = {
+    let mut inverse = [0.0; LARGEST];
+    let mut i = 0;
+    while i < LARGEST {
+        inverse[i] = 1.0 / COVER[i];
+        i += 1;
     }
-    (rows[r], right[r]) = (own, value);
+    inverse
+};
+
+/// The larger of two numbers; `a` where b is none.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
 
-/// The row whose variable first falls to zero as the column's grows; `None` for a ray, and where two do at once, but
+/// The basic variable of a row and the variable of a column change places, `inverse` being one over their number; columns that are not used hold zeros.
+#[inline(always)]
+fn exchange<const N: usize, const W: usize>(
+    rows: &mut [[f64; W]; N],
+    n: usize,
+    (r, c): (usize, usize),
+    inverse: f64,
+) {
+    // selected, not written: a number written alone is waited for by the register that is read over it
+    let mut own = [0.0; W];
+    for k in 0..W {
+        own[k] = if k == c { inverse } else { -rows[r][k] * inverse };
+    }
+    for row in rows.iter_mut().take(n) {
+        let factor = row[c];
+        for k in 0..W {
+            row[k] = if k == c { 0.0 } else { row[k] } + factor * own[k];
+        }
+    }
+    rows[r] = own;
+}
+
+/// The row whose variable first falls to zero as the column's grows, and one over its number there; `None` for a ray, and where two do at once, but
 /// for the covering variable: it may always leave, and then the problem is solved.
 #[inline(always)]
-fn row_to_leave(
-    rows: &[[f64; LARGEST + 1]],
-    right: &[f64; LARGEST],
-    basic: &[usize; LARGEST],
+fn row_to_leave<const N: usize, const W: usize>(
+    rows: &[[f64; W]; N],
+    n: usize,
+    basic: &[u8; N],
     column: usize,
-) -> Option<usize> {
-    let mut largest = 0.0_f64;
-    for row in rows {
-        largest = largest.max(row[column].abs());
+) -> Option<(usize, f64)> {
+    let mut largest = 0.0;
+    for row in rows.iter().take(n) {
+        largest = larger(largest, row[column].abs());
     }
-    let (mut first, mut least, mut second) = (None, f64::INFINITY, f64::INFINITY);
-    let mut covering = f64::INFINITY;
-    for (i, row) in rows.iter().enumerate() {
-        if row[column] < -DOUBTFUL * largest {
-            let ratio = -right[i] / row[column];
-            if basic[i] == 2 * rows.len() {
-                covering = ratio;
-            }
-            if ratio < least {
-                (first, least, second) = (Some(i), ratio, least);
-            } else if ratio < second {
-                second = ratio;
-            }
-        }
+    let (mut first, mut least, mut second) = (N, f64::INFINITY, f64::INFINITY);
+    let (mut cover, mut covering, mut inverses) = (N, f64::INFINITY, [0.0; N]);
+    for (i, row) in rows.iter().enumerate().take(n) {
+        let falls = row[column] < -DOUBTFUL * largest;
+        inverses[i] = 1.0 / row[column];
+        let ratio = if falls { -row[N + 1] * inverses[i] } else { f64::INFINITY };
+        let is_cover = basic[i] as usize == 2 * N;
+        (cover, covering) = if is_cover { (i, ratio) } else { (cover, covering) };
+        let is_less = ratio < least;
+        let next = if is_less { least } else { ratio };
+        second = if next < second { next } else { second };
+        (first, least) = if is_less { (i, ratio) } else { (first, least) };
+    }
+    if first == N {
+        return None;
     }
     let close = DOUBTFUL * (least.abs() + 1.0 / largest);
     if covering - least <= close {
-        return (0..rows.len()).find(|&i| basic[i] == 2 * rows.len());
+        return Some((cover, inverses[cover]));
     }
-    if second - least <= close { None } else { first }
+    if second - least <= close { None } else { Some((first, inverses[first])) }
 }
 
 #[cfg(test)]

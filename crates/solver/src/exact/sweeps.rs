@@ -100,16 +100,13 @@ impl<const D: usize> WithSimd for CoupledSweep<'_, D> {
     fn with_simd<S: Simd>(self, simd: S) -> Change {
         let CoupledSweep { blocks, couplings, locals, r } = self;
         let mut change = Change::default();
-        let given = blocks.velocity.iter().zip(&blocks.norms);
-        for (i, (local, (velocity, &norm))) in locals.iter_mut().zip(given).enumerate() {
-            let mut b: [f64; D] = couplings.pull(simd, i, r);
-            for k in 0..D {
-                b[k] += velocity[k];
-            }
+        let given = blocks.velocity.iter().zip(&blocks.norms).zip(couplings.rows::<D>());
+        for (i, (local, ((velocity, &norm), row))) in locals.iter_mut().zip(given).enumerate() {
+            let b = row.pull(simd, velocity, r);
             let own = &mut r[i * places(D)..][..D];
             let mut old = [0.0; D];
             old.copy_from_slice(own);
-            let found = local.solve_near(&b, &old);
+            let found = local.solve_near::<S>(&b, &old);
             own.copy_from_slice(&found);
             change.add(norm, &found, &old);
         }

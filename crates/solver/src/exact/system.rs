@@ -253,6 +253,8 @@ impl<const D: usize> System<D> {
     /// Solves anew after a change of form.
     fn again(&mut self, scaled: &Scaled<D>, x: &mut [[f64; D]]) -> bool {
         x[..scaled.count()].copy_from_slice(&self.given[..scaled.count()]);
+        // the same matrix in another form counts once: a budget's last factorisation may be this one
+        self.factorisations -= 1;
         self.factorize() && self.solve(scaled, x)
     }
 }
