@@ -253,9 +253,9 @@ impl<S: Wide> Table<'_, S> {
     #[inline(always)]
     pub fn scatter<L: Lanes>(&self, ids: &[u32; WIDTH], bodies: &Eightfold<S, L>) {
         let d = <S::Vectors<f32> as Several<f32>>::LEN;
-        let mut rows = bodies.rows;
+        let (mut rows, velocity) = (bodies.rows, bodies.velocity);
         for k in 0..d {
-            rows[k] = bodies.velocity[k];
+            rows[k] = velocity[k];
         }
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
             rows[d + k] = bodies.spin[k];
