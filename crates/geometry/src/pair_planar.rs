@@ -6,8 +6,7 @@ use crate::core_planar::{PlanarCore, edge_normal};
 use crate::geometry::{Aabb, ContactPoint};
 use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches, scale};
 use crate::polygons;
-use crate::surface::around;
-use carom_math::{Column, Planar, Pose, Rotation, Vec2};
+use carom_math::{Column, Planar, Pose, Rotation, Vec2, vec2};
 
 /// Two gaps closer than this fraction of the scale are the same to rounding \[1\].
 pub const ROUNDING: f64 = 4e-15;
@@ -38,7 +37,16 @@ impl Kernel for Planar {
         (corners[best], best as u32)
     }
     fn bounds_of(core: &PlanarCore, pose: &Pose<Planar>) -> Aabb<Planar> {
-        around(core.corners().iter().map(|p| pose.to_world(*p)))
+        let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for corner in core.corners() {
+            let turned = pose.rotation.rotate(*corner);
+            for k in 0..2 {
+                min[k] = if turned[k] < min[k] { turned[k] } else { min[k] };
+                max[k] = if turned[k] > max[k] { turned[k] } else { max[k] };
+            }
+        }
+        // sums are rounded in order: the box of the corners where they are
+        Aabb { min: pose.position + vec2(min[0], min[1]), max: pose.position + vec2(max[0], max[1]) }
     }
     fn size(core: &PlanarCore) -> f64 {
         core.corners().iter().fold(0.0, |m: f64, p| m.max(p.norm_squared())).sqrt()

@@ -134,6 +134,7 @@ impl<S: Space> Tree<S> {
 
 impl<S: Space> Aabb<S> {
     /// Smallest box around two boxes.
+    #[inline]
     pub fn union(&self, other: &Self) -> Self {
         Aabb {
             min: S::Vector::from_fn(|i| self.min[i].min(other.min[i])),
@@ -151,6 +152,7 @@ impl<S: Space> Aabb<S> {
         Aabb { min: point, max: point }
     }
     /// The box grown by `margin` \[m\] on every side.
+    #[inline]
     pub fn grown(&self, margin: f64) -> Self {
         let by = S::Vector::from_fn(|_| margin);
         Aabb { min: self.min - by, max: self.max + by }

@@ -20,6 +20,7 @@ impl<S: Space> Pose<S> {
         Pose { position, rotation }
     }
     /// Body coordinates to world coordinates: x + R r.
+    #[inline]
     pub fn to_world(&self, r: S::Vector) -> S::Vector {
         self.position + self.rotation.rotate(r)
     }

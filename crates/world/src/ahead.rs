@@ -88,16 +88,16 @@ impl<S: Geometry> Ahead<'_, S> {
     /// of approach. What flies side by side hardly meets, however fast it is; in a drum that turns, what lies on its wall.
     /// Seen from the larger body every point of the smaller one moves at |v + w x r| + |dw| arm, with the velocities v and spins w
     /// of the larger one and dw of both against each other. What a hit of this step does to others is seen by the next one.
-    pub fn approach(&self, (a, b): (usize, usize)) -> f64 {
+    pub fn approach(&self, (a, b): (usize, usize), closing: f64) -> f64 {
         let fall = self.fall(a) + self.fall(b);
         let least = self.least_reach(a) + self.least_reach(b);
-        (2.0 * self.dt * (self.closing((a, b)) + fall)).max(least)
+        (2.0 * self.dt * (closing + fall)).max(least)
     }
 
     /// How fast surfaces of two bodies can come towards each other, as they move now \[m/s\]: |v + w x r| + |dw| arm of
     /// `approach`.
     #[inline]
-    fn closing(&self, (a, b): (usize, usize)) -> f64 {
+    pub fn closing(&self, (a, b): (usize, usize)) -> f64 {
         let (data, motion) = (&self.bodies.data, &self.bodies.motion);
         let (small, large) = if data[a].extent <= data[b].extent { (a, b) } else { (b, a) };
         let (own, other) = (motion.twist(small), motion.twist(large));
@@ -108,7 +108,7 @@ impl<S: Geometry> Ahead<'_, S> {
     /// How far two surfaces may come towards each other in the step by what was not known in the one before: their motion,
     /// and loads \[m\].
     #[inline]
-    pub fn coming(&self, (a, b): (usize, usize)) -> f64 {
-        self.dt * (self.closing((a, b)) + self.pulled(a) + self.pulled(b))
+    pub fn coming(&self, (a, b): (usize, usize), closing: f64) -> f64 {
+        self.dt * (closing + self.pulled(a) + self.pulled(b))
     }
 }

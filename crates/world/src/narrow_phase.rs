@@ -49,6 +49,8 @@ pub struct Near<'a, S: Geometry> {
     pub b: usize,
     colliders: [&'a S::Collider; 2],
     poses: [&'a Pose<S>; 2],
+    /// How fast their surfaces can come towards each other, where that was asked \[m/s\].
+    pub closing: Option<f64>,
     /// Contacts are looked for up to this gap \[m\].
     margin: f64,
 }
@@ -195,15 +197,18 @@ impl<S: Geometry> NarrowPhase<S> {
                 }
                 let (a, b) = (indices[i], indices[j]);
                 let mut margin = margins[i] + margins[j];
+                let mut closing = None;
                 if soft && margin > ahead.least_reach(a) + ahead.least_reach(b) {
                     let gap = bounds[i].apart(&bounds[j]) + margin;
-                    margin = margin.min(ahead.approach((a, b)));
+                    let speed = ahead.closing((a, b));
+                    margin = margin.min(ahead.approach((a, b), speed));
+                    closing = Some(speed);
                     if gap > margin {
                         continue;
                     }
                 }
                 let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
-                let near = Near { a, b, colliders: [ca, cb], poses: [&poses[i], &poses[j]], margin };
+                let near = Near { a, b, colliders: [ca, cb], poses: [&poses[i], &poses[j]], closing, margin };
                 finder.look(&near, found);
             }
         };

@@ -25,11 +25,12 @@ pub struct Still<S: Space> {
 
 /// An island that sleeps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Asleep {
+#[serde(bound = "")]
+pub struct Asleep<S: Space> {
     /// Serials of its bodies, ascending.
     pub serials: Vec<u64>,
     /// Forces between them and on the obstacles under them, in the order of their pairs.
-    pub patches: Vec<PatchForce>,
+    pub patches: Vec<PatchForce<S>>,
 }
 
 impl<S: Geometry> Still<S> {
@@ -62,7 +63,7 @@ fn turned<S: Geometry>(rest: &Still<S>, rotation: &S::Rotation, arm: f64) -> f64
     arm * rest.rotation.inverse().then(rotation).vector().norm()
 }
 
-impl Asleep {
+impl<S: Space> Asleep<S> {
     /// True when one of some bodies, named by their serials in ascending order, is in it.
     pub fn has_one_of(&self, serials: &[u64]) -> bool {
         self.serials.iter().any(|own| serials.binary_search(own).is_ok())

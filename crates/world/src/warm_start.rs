@@ -29,16 +29,16 @@ pub struct WarmStart<S: Space> {
     pub contacts: Memory,
     /// Forces of patches of contact after a soft step, in the order of their pairs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub patches: Vec<crate::stepping::soft_step::PatchForce>,
+    pub patches: Vec<crate::stepping::soft_step::PatchForce<S>>,
     /// For how long the awake bodies of a soft step have rested, ascending by serial.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub still: Vec<Still<S>>,
     /// Islands that sleep; shared, for a copy is kept at every step.
     #[serde(default, skip_serializing_if = "is_empty")]
-    pub asleep: Arc<Vec<Arc<Asleep>>>,
+    pub asleep: Arc<Vec<Arc<Asleep<S>>>>,
 }
 
-fn is_empty(asleep: &Arc<Vec<Arc<Asleep>>>) -> bool {
+fn is_empty<S: Space>(asleep: &Arc<Vec<Arc<Asleep<S>>>>) -> bool {
     asleep.is_empty()
 }
 

@@ -97,7 +97,7 @@ pub struct World<S: Geometry> {
     /// What the step before found; the scheme's memory is used in turns, so that a failed step loses nothing.
     spare: (Vec<Touch<S>>, Schemes<S>),
     /// Patches of the step before with those of islands that woke in this one; empty where none did.
-    woken: Vec<PatchForce>,
+    woken: Vec<PatchForce<S>>,
     islands: sleeping::Islands,
     /// Why the last step that failed because of a solve did.
     failure: Option<Explanation>,

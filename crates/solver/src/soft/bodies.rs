@@ -25,12 +25,12 @@ pub struct SoftBody<S: Wide> {
 
 /// Records of all bodies, one list per use.
 pub struct Records<S: Wide> {
-    /// Velocity, spin, inverse mass, and the inverse inertia where it fits.
+    /// Velocity, spin, and what the body moved where that fits.
     pub motion: Vec<Eight>,
-    /// Displacement and change of attitude since the step began.
+    /// Displacement and change of attitude since the step began, where they do not fit beside the motion.
     pub moved: Vec<Eight>,
-    /// Inverse inertias that do not fit beside the motion.
-    inertia: Vec<Eight>,
+    /// Inverse mass and inverse inertia.
+    weight: Vec<Eight>,
     /// Loads of a substep.
     load: Vec<Eight>,
     /// Motion at the start of the substep before.
@@ -42,8 +42,8 @@ pub struct Records<S: Wide> {
 
 impl<S: Wide> Default for Records<S> {
     fn default() -> Self {
-        let (motion, moved, inertia, load, before, start) = Default::default();
-        Records { motion, moved, inertia, load, before, start, space: std::marker::PhantomData }
+        let (motion, moved, weight, load, before, start) = Default::default();
+        Records { motion, moved, weight, load, before, start, space: std::marker::PhantomData }
     }
 }
 
@@ -52,8 +52,26 @@ const fn freedoms<S: Wide>() -> usize {
     <S::Vectors<f32> as Several<f32>>::LEN + <S::Spins<f32> as Several<f32>>::LEN
 }
 
-const fn inertia_fits<S: Wide>() -> bool {
-    freedoms::<S>() + 1 + <S::Inertias<f32> as Several<f32>>::LEN <= WIDTH
+/// Whether a record of the motion has room for what the body moved.
+const fn moves_beside<S: Wide>() -> bool {
+    let moved = <S::Vectors<f32> as Several<f32>>::LEN + <S::Turns<f32> as Several<f32>>::LEN;
+    freedoms::<S>() + moved <= WIDTH
+}
+
+/// Where what a body moved begins in its record.
+const fn moved_at<S: Wide>() -> usize {
+    if moves_beside::<S>() { freedoms::<S>() } else { 0 }
+}
+
+/// Ones where a record holds velocities.
+const fn of_velocities<S: Wide>() -> Eight {
+    let mut ones = Eight([0.0; WIDTH]);
+    let mut k = 0;
+    while k < freedoms::<S>() {
+        ones.0[k] = 1.0;
+        k += 1;
+    }
+    ones
 }
 
 /// Eight bodies in registers.
@@ -63,10 +81,30 @@ pub struct Eightfold<S: Wide, L: Lanes> {
     pub velocity: S::Vectors<Real<L>>,
     /// Angular velocities.
     pub spin: S::Spins<Real<L>>,
-    /// Inverse masses.
-    pub inverse_mass: Real<L>,
-    /// Inverse inertias.
-    pub inverse_inertia: S::Inertias<Real<L>>,
+}
+
+/// Inverse masses of eight bodies, as they lie in memory: packs have their own, so that a sweep gathers only what changes.
+#[derive(Clone, Copy)]
+pub struct Weights<S: Wide> {
+    inverse_mass: Eight,
+    inverse_inertia: S::Inertias<Eight>,
+}
+
+impl<S: Wide> Weights<S> {
+    /// Of obstacles.
+    pub fn none() -> Self {
+        Weights { inverse_mass: Eight::default(), inverse_inertia: S::Inertias::all(Eight::default()) }
+    }
+    /// In registers: inverse masses and inverse inertias.
+    #[inline(always)]
+    pub fn load<L: Lanes>(&self, lanes: L) -> (Real<L>, S::Inertias<Real<L>>) {
+        let mass = Real::load(lanes, &self.inverse_mass);
+        let mut inertia = S::Inertias::all(mass);
+        for k in 0..<S::Inertias<f32> as Several<f32>>::LEN {
+            inertia[k] = Real::load(lanes, &self.inverse_inertia[k]);
+        }
+        (mass, inertia)
+    }
 }
 
 /// Eight bodies' changes of pose.
@@ -91,7 +129,7 @@ pub struct Table<'a, S: Wide> {
     motion: Shared<'a, Eight>,
     moved: Shared<'a, Eight>,
     before: Shared<'a, Eight>,
-    inertia: &'a [Eight],
+    weight: &'a [Eight],
     load: &'a [Eight],
     start: &'a [Eight],
     /// Records before this one are obstacles.
@@ -105,7 +143,7 @@ impl<S: Wide> Records<S> {
         for list in [
             &mut self.motion,
             &mut self.moved,
-            &mut self.inertia,
+            &mut self.weight,
             &mut self.load,
             &mut self.before,
             &mut self.start,
@@ -135,20 +173,19 @@ impl<S: Wide> Records<S> {
         load.0[d..d + a].copy_from_slice(body.spin_load.slice());
         self.before.push(motion);
         self.start.push(motion);
-        motion.0[d + a] = body.inverse_mass;
+        let mut weight = Eight::default();
         let inertia = body.inverse_inertia.slice();
-        if inertia_fits::<S>() {
-            motion.0[d + a + 1..d + a + 1 + inertia.len()].copy_from_slice(inertia);
-        } else {
-            let mut record = Eight::default();
-            record.0[..inertia.len()].copy_from_slice(inertia);
-            self.inertia.push(record);
-        }
+        weight.0[0] = body.inverse_mass;
+        weight.0[1..=inertia.len()].copy_from_slice(inertia);
+        self.weight.push(weight);
+        let (still, at) = (S::no_turn(), const { moved_at::<S>() } + d);
         let mut moved = Eight::default();
-        let still = S::no_turn();
-        moved.0[d..d + still.slice().len()].copy_from_slice(still.slice());
+        let place = if const { moves_beside::<S>() } { &mut motion } else { &mut moved };
+        place.0[at..at + still.slice().len()].copy_from_slice(still.slice());
+        if !const { moves_beside::<S>() } {
+            self.moved.push(moved);
+        }
         self.motion.push(motion);
-        self.moved.push(moved);
         self.load.push(load);
         (self.motion.len() - 1) as u32
     }
@@ -159,7 +196,7 @@ impl<S: Wide> Records<S> {
             motion: Shared::new(&mut self.motion),
             moved: Shared::new(&mut self.moved),
             before: Shared::new(&mut self.before),
-            inertia: &self.inertia,
+            weight: &self.weight,
             load: &self.load,
             start: &self.start,
             obstacles,
@@ -185,41 +222,44 @@ impl<S: Wide> Table<'_, S> {
         bodies
     }
 
-    /// Velocities and inverse masses of eight bodies.
+    /// Velocities of eight bodies.
     #[inline(always)]
     pub fn gather<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Eightfold<S, L> {
         let rows = gather(lanes, |i| self.motion.get(i), ids);
         let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
         let mut velocity = S::Vectors::all(rows[0]);
         let mut spin = S::Spins::all(rows[0]);
-        let mut inverse_inertia = S::Inertias::all(rows[0]);
         for k in 0..d {
             velocity[k] = rows[k];
         }
         for k in 0..a {
             spin[k] = rows[d + k];
         }
-        let n = <S::Inertias<f32> as Several<f32>>::LEN;
-        if inertia_fits::<S>() {
-            for k in 0..n {
-                inverse_inertia[k] = rows[d + a + 1 + k];
-            }
-        } else {
-            let inertia = gather(lanes, |i| self.inertia[i], ids);
-            for k in 0..n {
-                inverse_inertia[k] = inertia[k];
-            }
+        Eightfold { rows, velocity, spin }
+    }
+
+    /// Inverse masses of eight bodies.
+    #[inline(always)]
+    pub fn weights<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Weights<S> {
+        let rows = gather(lanes, |i| self.weight[i], ids);
+        let mut inverse_inertia = S::Inertias::all(Eight::default());
+        for k in 0..<S::Inertias<f32> as Several<f32>>::LEN {
+            inverse_inertia[k] = rows[k + 1].store();
         }
-        Eightfold { rows, velocity, spin, inverse_mass: rows[d + a], inverse_inertia }
+        Weights { inverse_mass: rows[0].store(), inverse_inertia }
     }
 
     /// Writes velocities back. Not those of obstacles, which impulses do not change and packs of a colour share.
     #[inline(always)]
     pub fn scatter<L: Lanes>(&self, ids: &[u32; WIDTH], bodies: &Eightfold<S, L>) {
-        let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
-        let mut rows = bodies.rows;
-        rows[..d].copy_from_slice(bodies.velocity.slice());
-        rows[d..d + a].copy_from_slice(bodies.spin.slice());
+        let d = <S::Vectors<f32> as Several<f32>>::LEN;
+        let (mut rows, velocity) = (bodies.rows, bodies.velocity);
+        for k in 0..d {
+            rows[k] = velocity[k];
+        }
+        for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
+            rows[d + k] = bodies.spin[k];
+        }
         let rows = Real::turn(rows);
         for k in 0..WIDTH {
             if ids[k] >= self.obstacles {
@@ -228,18 +268,22 @@ impl<S: Wide> Table<'_, S> {
         }
     }
 
-    /// How eight bodies moved since the step began.
+    /// How eight bodies moved since the step began; `bodies` are the same ones.
     #[inline(always)]
-    pub fn moved<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Moved<S, L> {
-        let rows = gather(lanes, |i| self.moved.get(i), ids);
-        let d = <S::Vectors<f32> as Several<f32>>::LEN;
+    pub fn moved<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH], bodies: &Eightfold<S, L>) -> Moved<S, L> {
+        let rows = if const { moves_beside::<S>() } {
+            bodies.rows
+        } else {
+            gather(lanes, |i| self.moved.get(i), ids)
+        };
+        let (d, at) = (<S::Vectors<f32> as Several<f32>>::LEN, const { moved_at::<S>() });
         let mut by = S::Vectors::all(rows[0]);
         let mut turn = S::Turns::all(rows[0]);
         for k in 0..d {
-            by[k] = rows[k];
+            by[k] = rows[at + k];
         }
         for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
-            turn[k] = rows[d + k];
+            turn[k] = rows[at + d + k];
         }
         Moved { by, turn }
     }
@@ -248,16 +292,18 @@ impl<S: Wide> Table<'_, S> {
     /// stand still in a step, so what all contacts gave a body in the substep before is v - v_before - load.
     #[inline(always)]
     pub fn accelerate<L: Lanes>(&self, lanes: L, records: Range<usize>, substep: usize) {
+        let (none, is_velocity) = (Real::all(lanes, 0.0), Real::load(lanes, const { &of_velocities::<S>() }));
         for i in records {
-            let (motion, before) = (self.motion.get(i), self.before.get(i));
-            let (v, load) = (Real::load(lanes, &motion), Real::load(lanes, &self.load[i]));
-            // before the first substep `before` is the velocity without the warm start; inverse masses, beside it, have no load
-            let then = Real::load(lanes, &before);
-            let faster = if substep == 0 { v + load } else { v + (v - then) };
-            let mut after = faster.store();
-            let n = freedoms::<S>();
-            after.0[n..].copy_from_slice(&motion.0[n..]);
-            self.motion.set(i, after);
+            let motion = self.motion.get(i);
+            let v = Real::load(lanes, &motion);
+            // before the first substep `before` is the velocity without the warm start
+            let faster = if substep == 0 {
+                v + Real::load(lanes, &self.load[i])
+            } else {
+                v + (v - Real::load(lanes, &self.before.get(i)))
+            };
+            // what lies beside the velocities stays
+            self.motion.set(i, none.if_less(is_velocity, faster, v).store());
             if substep > 0 {
                 self.before.set(i, motion);
             }
@@ -267,30 +313,58 @@ impl<S: Wide> Table<'_, S> {
     /// Poses of some records after a substep of length `h` \[s\], eight at a time.
     #[inline(always)]
     pub fn move_on<L: Lanes>(&self, lanes: L, records: Range<usize>, h: f32) {
-        let d = <S::Vectors<f32> as Several<f32>>::LEN;
+        let (d, at) = (<S::Vectors<f32> as Several<f32>>::LEN, const { moved_at::<S>() });
         let h = Real::all(lanes, h);
         for first in records.clone().step_by(WIDTH) {
             // where fewer than eight are left the last is moved by several lanes, to the same place
-            let ids = std::array::from_fn(|k| (first + k).min(records.end - 1) as u32);
-            let motion = gather(lanes, |i| self.motion.get(i), &ids);
-            let mut moved = gather(lanes, |i| self.moved.get(i), &ids);
-            let mut turn = S::Turns::all(h);
+            let mut ids = [(records.end - 1) as u32; WIDTH];
+            for (k, id) in ids.iter_mut().enumerate().take(records.end - first) {
+                *id = (first + k) as u32;
+            }
+            let bodies = self.gather(lanes, &ids);
+            let Moved { by, turn } = self.moved(lanes, &ids, &bodies);
             let mut angle = S::Spins::all(h);
-            for k in 0..d {
-                moved[k] += h * motion[k];
-            }
             for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
-                angle[k] = h * motion[d + k];
-            }
-            for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
-                turn[k] = moved[d + k];
+                angle[k] = h * bodies.spin[k];
             }
             let turn = S::turned_by(&turn, &angle);
-            moved[d..d + turn.slice().len()].copy_from_slice(turn.slice());
-            let moved = Real::turn(moved);
+            let mut rows = bodies.rows;
+            for k in 0..d {
+                rows[at + k] = by[k] + h * bodies.velocity[k];
+            }
+            for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
+                rows[at + d + k] = turn[k];
+            }
+            let list = if const { moves_beside::<S>() } { &self.motion } else { &self.moved };
+            let rows = Real::turn(rows);
             for k in 0..WIDTH {
-                self.moved.set(ids[k] as usize, moved[k].store());
+                list.set(ids[k] as usize, rows[k].store());
             }
         }
+    }
+}
+
+impl<S: Wide> Records<S> {
+    /// Velocity and spin of a record.
+    pub fn motion_of(&self, record: u32) -> (S::Vectors<f32>, S::Spins<f32>) {
+        let numbers = &self.motion[record as usize].0;
+        let (mut v, mut w) = (S::Vectors::all(0.0), S::Spins::all(0.0));
+        let d = v.slice().len();
+        v.slice_mut().copy_from_slice(&numbers[..d]);
+        let a = w.slice().len();
+        w.slice_mut().copy_from_slice(&numbers[d..d + a]);
+        (v, w)
+    }
+
+    /// Displacement and change of attitude of a record.
+    pub fn moved_of(&self, record: u32) -> (S::Vectors<f32>, S::Turns<f32>) {
+        let list = if const { moves_beside::<S>() } { &self.motion } else { &self.moved };
+        let numbers = &list[record as usize].0[const { moved_at::<S>() }..];
+        let (mut by, mut turn) = (S::Vectors::all(0.0), S::no_turn());
+        let d = by.slice().len();
+        by.slice_mut().copy_from_slice(&numbers[..d]);
+        let n = turn.slice().len();
+        turn.slice_mut().copy_from_slice(&numbers[d..d + n]);
+        (by, turn)
     }
 }

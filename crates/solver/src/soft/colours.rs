@@ -8,7 +8,7 @@ const COLOURS: usize = 64;
 /// Patches by colour; each list is in the order the patches were given.
 #[derive(Default)]
 pub struct Colours {
-    taken: Vec<u64>,
+    taken: Vec<[u64; 2]>,
     colour: Vec<u8>,
     /// Where each list begins in `order`; the last entry is the end.
     pub starts: Vec<usize>,
@@ -25,24 +25,21 @@ impl Colours {
     pub fn paint(&mut self, bodies: usize, pairs: &[(u32, u32)], fixed: impl Fn(u32) -> bool) {
         self.colour.clear();
         self.colour.resize(pairs.len(), 0);
+        self.taken.clear();
+        self.taken.resize(bodies, [0; 2]);
         let mut counts = [[0usize; COLOURS + 1]; 2];
-        for (group, of_obstacles) in [true, false].into_iter().enumerate() {
-            self.taken.clear();
-            self.taken.resize(bodies, 0);
-            for (k, &(a, b)) in pairs.iter().enumerate() {
-                let (fixed_a, fixed_b) = (fixed(a), fixed(b));
-                if (fixed_a || fixed_b) != of_obstacles {
-                    continue;
-                }
-                let mask = |of: bool, i: u32| if of { 0 } else { self.taken[i as usize] };
-                let colour = (!(mask(fixed_a, a) | mask(fixed_b, b))).trailing_zeros() as usize;
-                self.colour[k] = colour as u8;
-                counts[group][colour] += 1;
-                if colour < COLOURS {
-                    for (fixed, i) in [(fixed_a, a), (fixed_b, b)] {
-                        if !fixed {
-                            self.taken[i as usize] |= 1 << colour;
-                        }
+        for (k, &(a, b)) in pairs.iter().enumerate() {
+            // patches with obstacles have colours of their own
+            let (fixed_a, fixed_b) = (fixed(a), fixed(b));
+            let group = usize::from(!(fixed_a || fixed_b));
+            let mask = |of: bool, i: u32| if of { 0 } else { self.taken[i as usize][group] };
+            let colour = (!(mask(fixed_a, a) | mask(fixed_b, b))).trailing_zeros() as usize;
+            self.colour[k] = colour as u8;
+            counts[group][colour] += 1;
+            if colour < COLOURS {
+                for (fixed, i) in [(fixed_a, a), (fixed_b, b)] {
+                    if !fixed {
+                        self.taken[i as usize][group] |= 1 << colour;
                     }
                 }
             }

@@ -14,6 +14,8 @@ pub struct Frame<S: Wide, L: Lanes> {
     pub tangents: S::Slips<S::Vectors<Real<L>>>,
     pub arm_a: S::Vectors<Real<L>>,
     pub arm_b: S::Vectors<Real<L>>,
+    /// Inverse masses and inertias of bodies a and b.
+    weights: [(Real<L>, S::Inertias<Real<L>>); 2],
 }
 
 impl<S: Wide, L: Lanes> Frame<S, L> {
@@ -27,7 +29,8 @@ impl<S: Wide, L: Lanes> Frame<S, L> {
             arm_a[k] = Real::load(lanes, &pack.arm_a[k]);
             arm_b[k] = Real::load(lanes, &pack.arm_b[k]);
         }
-        Frame { normal, tangents: S::tangents(&normal), arm_a, arm_b }
+        let weights = [pack.weights[0].load(lanes), pack.weights[1].load(lanes)];
+        Frame { normal, tangents: S::tangents(&normal), arm_a, arm_b, weights }
     }
 
     /// Local twist of bodies a relative to bodies b.
@@ -58,14 +61,14 @@ impl<S: Wide, L: Lanes> Frame<S, L> {
         b: &mut Eightfold<S, L>,
     ) {
         let (impulse, moment) = S::from_patch(&self.normal, &self.tangents, pressing, rubbing);
-        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_a, a);
+        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_a, &self.weights[0]);
         for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
             a.velocity[k] += v[k];
         }
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
             a.spin[k] += w[k];
         }
-        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_b, b);
+        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_b, &self.weights[1]);
         for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
             b.velocity[k] -= v[k];
         }
@@ -80,13 +83,11 @@ impl<S: Wide, L: Lanes> Frame<S, L> {
         &self,
         pressing: &S::Vectors<Real<L>>,
         rubbing: &S::Spins<Real<L>>,
-        a: &Eightfold<S, L>,
-        b: &Eightfold<S, L>,
     ) -> (S::Vectors<Real<L>>, S::Spins<Real<L>>) {
         let (impulse, moment) = S::from_patch(&self.normal, &self.tangents, pressing, rubbing);
-        let (mut v, mut w) = response::<S, L>(&impulse, &moment, &self.arm_a, a);
+        let (mut v, mut w) = response::<S, L>(&impulse, &moment, &self.arm_a, &self.weights[0]);
         let at_a = S::wide_swing(&w, &self.arm_a);
-        let (v_b, w_b) = response::<S, L>(&impulse, &moment, &self.arm_b, b);
+        let (v_b, w_b) = response::<S, L>(&impulse, &moment, &self.arm_b, &self.weights[1]);
         let at_b = S::wide_swing(&w_b, &self.arm_b);
         for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
             v[k] = (v[k] + at_a[k]) + (v_b[k] + at_b[k]);
@@ -104,7 +105,7 @@ fn response<S: Wide, L: Lanes>(
     impulse: &S::Vectors<Real<L>>,
     moment: &S::Spins<Real<L>>,
     arm: &S::Vectors<Real<L>>,
-    body: &Eightfold<S, L>,
+    (inverse_mass, inverse_inertia): &(Real<L>, S::Inertias<Real<L>>),
 ) -> (S::Vectors<Real<L>>, S::Spins<Real<L>>) {
     let mut torque = S::wide_moment(arm, impulse);
     for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
@@ -112,9 +113,9 @@ fn response<S: Wide, L: Lanes>(
     }
     let mut velocity = *impulse;
     for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
-        velocity[k] = impulse[k] * body.inverse_mass;
+        velocity[k] = impulse[k] * *inverse_mass;
     }
-    (velocity, S::wide_turn(&body.inverse_inertia, &torque))
+    (velocity, S::wide_turn(inverse_inertia, &torque))
 }
 
 /// 1 / x, and 0 where nothing moves.
@@ -127,6 +128,7 @@ fn inverse<L: Lanes>(x: Real<L>) -> Real<L> {
 /// Effective masses of a pack, and its warm start.
 #[inline(always)]
 pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
+    pack.weights = [records.weights(lanes, &pack.a), records.weights(lanes, &pack.b)];
     let frame = Frame::of(lanes, pack);
     let (mut a, mut b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
     let (zero, one) = (Real::all(lanes, 0.0), Real::all(lanes, 1.0));
@@ -137,7 +139,7 @@ pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Bes
     for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
         let mut unit = none;
         unit[m] = one;
-        let (normal, rubbing) = frame.column(&unit, &still, &a, &b);
+        let (normal, rubbing) = frame.column(&unit, &still);
         k_columns[m] = normal;
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
             masses.coupling[k][m] = rubbing[k];
@@ -147,7 +149,7 @@ pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Bes
     for m in 0..<S::Spins<f32> as Several<f32>>::LEN {
         let mut unit = still;
         unit[m] = one;
-        block[m] = frame.column(&none, &unit, &a, &b).1;
+        block[m] = frame.column(&none, &unit).1;
     }
     masses.slip = inverse(S::stiffest_slip(&block));
     let last = <S::Spins<f32> as Several<f32>>::LEN - 1;

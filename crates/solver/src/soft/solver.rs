@@ -11,7 +11,7 @@ use super::restitution::{bounce, compress};
 use super::sweep::{Spring, Sweep, sweep};
 use carom_math::lanes::{Eight, Job, Lanes, WIDTH, dispatch};
 use carom_math::workers::Turns;
-use carom_math::{Planar, Several, Spatial, Wide, Workers};
+use carom_math::{Planar, Spatial, Wide, Workers};
 use std::any::Any;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -240,24 +240,12 @@ impl<S: Wide> SoftSolver<S> {
 
     /// Velocity and spin of a record at the step's end.
     pub fn motion(&self, record: u32) -> (S::Vectors<f32>, S::Spins<f32>) {
-        let numbers = &self.records.motion[record as usize].0;
-        let (mut v, mut w) = (S::Vectors::all(0.0), S::Spins::all(0.0));
-        let d = v.slice().len();
-        v.slice_mut().copy_from_slice(&numbers[..d]);
-        let a = w.slice().len();
-        w.slice_mut().copy_from_slice(&numbers[d..d + a]);
-        (v, w)
+        self.records.motion_of(record)
     }
 
     /// Displacement and change of attitude of a record over the step.
     pub fn moved(&self, record: u32) -> (S::Vectors<f32>, S::Turns<f32>) {
-        let numbers = &self.records.moved[record as usize].0;
-        let (mut by, mut turn) = (S::Vectors::all(0.0), S::no_turn());
-        let d = by.slice().len();
-        by.slice_mut().copy_from_slice(&numbers[..d]);
-        let n = turn.slice().len();
-        turn.slice_mut().copy_from_slice(&numbers[d..d + n]);
-        (by, turn)
+        self.records.moved_of(record)
     }
 }
 
@@ -349,6 +337,7 @@ impl<S: Wide> Steps<'_, S> {
 mod tests {
     use super::super::patch::PatchPoint;
     use super::*;
+    use carom_math::Several;
     use carom_math::lanes::Portable;
 
     /// Numbers in -1 to 1 that look random.

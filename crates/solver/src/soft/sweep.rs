@@ -4,7 +4,7 @@
 //! g <- P(g - v_t / lambda_max), P the projection on the disc mu sum lambda, whose fixed point is Coulomb's law in the
 //! true direction of slip. Relaxing sweeps have no springs: they take back the velocity that the springs pushed with.
 
-use super::bodies::{Eightfold, Table};
+use super::bodies::{Eightfold, Moved, Table};
 use super::pack::{Beside, Masses, Pack};
 use super::prepare::{Frame, lever};
 use carom_math::lanes::{Lanes, Real};
@@ -58,9 +58,8 @@ fn gaps<S: Wide, L: Lanes>(
     lanes: L,
     pack: &Pack<S>,
     frame: &Frame<S, L>,
-    records: &Table<S>,
+    (a, b): (Moved<S, L>, Moved<S, L>),
 ) -> S::Points<Real<L>> {
-    let (a, b) = (records.moved(lanes, &pack.a), records.moved(lanes, &pack.b));
     let (lean_a, lean_b) = (S::wide_lean(&a.turn, &frame.normal), S::wide_lean(&b.turn, &frame.normal));
     let (mut apart, mut lean) = (a.by, lean_a);
     for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
@@ -153,8 +152,9 @@ pub fn sweep<S: Wide, L: Lanes>(
     let relaxes = kind != Sweep::Springs;
     let points = <S::Points<f32> as Several<f32>>::LEN;
     let frame = Frame::of(lanes, pack);
-    let gaps = gaps(lanes, pack, &frame, records);
     let (mut a, mut b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
+    let moved = (records.moved(lanes, &pack.a, &a), records.moved(lanes, &pack.b, &b));
+    let gaps = gaps(lanes, pack, &frame, moved);
     let (mut normal_twist, mut slip_twist) = frame.twist(&a, &b);
     let masses = Masses::<S, L>::load(lanes, &pack.masses);
     let zero = Real::all(lanes, 0.0);

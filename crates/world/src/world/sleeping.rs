@@ -12,6 +12,7 @@ use crate::settings::Scheme;
 use crate::sleep::{Asleep, Still};
 use crate::stepping::soft_step::PatchForce;
 use carom_geometry::Geometry;
+use carom_math::{Several, Space};
 use carom_solver::Twist;
 use std::sync::Arc;
 
@@ -184,7 +185,7 @@ impl<S: Geometry> World<S> {
             let root = islands.root(i);
             islands.awake[root] |= still.since < self.settings.soft.sleep_time;
         }
-        for patch in self.warm.patches.iter().filter(|p| p.normal.iter().any(|force| *force > 0.0)) {
+        for patch in self.warm.patches.iter().filter(|p| p.normal.slice().iter().any(|force| *force > 0.0)) {
             let (Some(a), Some(b)) = (bodies.with_serial(patch.pair.0), bodies.with_serial(patch.pair.1))
             else {
                 continue;
@@ -198,7 +199,7 @@ impl<S: Geometry> World<S> {
 
     /// Takes the islands that may sleep out of the motion.
     fn fall_asleep(&mut self, islands: &mut Islands, ledger: &mut Ledger) {
-        let mut fallen: Vec<Asleep> = Vec::new();
+        let mut fallen: Vec<Asleep<S>> = Vec::new();
         let mut indices = Vec::new();
         for i in self.bodies.awake() {
             let root = islands.root(i);
@@ -280,7 +281,7 @@ impl<S: Geometry> World<S> {
         serials
     }
 
-    fn wake_where(&mut self, stirs: &dyn Fn(&Asleep) -> bool) -> bool {
+    fn wake_where(&mut self, stirs: &dyn Fn(&Asleep<S>) -> bool) -> bool {
         let count = self.warm.asleep.len();
         let patches = self.take_awake(stirs);
         merge(&mut self.warm.patches, patches);
@@ -288,7 +289,7 @@ impl<S: Geometry> World<S> {
     }
 
     /// Wakes islands and returns the forces that they had.
-    fn take_awake(&mut self, stirs: &dyn Fn(&Asleep) -> bool) -> Vec<PatchForce> {
+    fn take_awake(&mut self, stirs: &dyn Fn(&Asleep<S>) -> bool) -> Vec<PatchForce<S>> {
         let mut patches = Vec::new();
         if !self.warm.asleep.iter().any(|island| stirs(island)) {
             return patches;
@@ -306,7 +307,7 @@ impl<S: Geometry> World<S> {
 }
 
 /// Joins lists of patches, each in the order of its pairs.
-fn merge(patches: &mut Vec<PatchForce>, more: Vec<PatchForce>) {
+fn merge<S: Space>(patches: &mut Vec<PatchForce<S>>, more: Vec<PatchForce<S>>) {
     if !more.is_empty() {
         patches.extend(more);
         patches.sort_by_key(|p| p.pair);

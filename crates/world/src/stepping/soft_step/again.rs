@@ -11,7 +11,7 @@ use super::memory::PatchForce;
 use crate::ahead::Ahead;
 use crate::material::Coefficients;
 use carom_geometry::Geometry;
-use carom_math::{Column, Rotation};
+use carom_math::{Column, Rotation, Several};
 
 /// Share of the smaller body's size by which both may have moved against each other, turning included, since \[1\]. Points are
 /// looked for at least as far.
@@ -20,21 +20,21 @@ pub const AGAIN: f64 = 0.01;
 /// Appends the face of a pair that had these patches in the step before, if its points stand.
 pub(super) fn again<'f, S: Geometry>(
     ahead: &Ahead<S>,
-    pair: (usize, usize),
-    known: &[PatchForce],
+    (pair, closing): ((usize, usize), Option<f64>),
+    known: &[PatchForce<S>],
     faces: &'f mut Vec<Face<S>>,
 ) -> Option<&'f mut Face<S>> {
     let [patch] = known else { return None };
     if patch.count < S::DIM {
         return None;
     }
-    let together = Together::<S>::of(ahead, pair, patch)?;
-    let normal = column::<S::Vector>(&patch.seen.normal);
+    let together = Together::<S>::of(ahead, (pair, closing), patch)?;
+    let normal = patch.seen.normal;
     let now = together.turn.map_or(normal, |turn| turn.rotate(normal));
     faces.push(Face::new(pair, now, Coefficients::of(ahead.bodies, ahead.settings, pair)));
     let face = faces.last_mut()?;
     for (i, id) in patch.names().iter().enumerate() {
-        let point = column::<S::Vector>(&patch.seen.points[i]);
+        let point = patch.seen.points[i];
         let by = together.against(point);
         let gap = patch.seen.gaps[i] + together.sign * normal.dot(by);
         face.add(*id, together.along(point + by * 0.5), gap);
@@ -60,18 +60,21 @@ struct Together<S: Geometry> {
 impl<S: Geometry> Together<S> {
     /// None where they moved too far against each other, or will in this step.
     #[inline]
-    fn of(ahead: &Ahead<S>, (a, b): (usize, usize), patch: &PatchForce) -> Option<Self> {
+    fn of(
+        ahead: &Ahead<S>,
+        ((a, b), closing): ((usize, usize), Option<f64>),
+        patch: &PatchForce<S>,
+    ) -> Option<Self> {
         let (data, motion) = (&ahead.bodies.data, &ahead.bodies.motion);
         let a_is_small = data[a].extent <= data[b].extent;
         let ((small, large), (s, l)) = if a_is_small { ((a, b), (0, 1)) } else { ((b, a), (1, 0)) };
         let seen = &patch.seen;
-        let place = |which: usize| column::<S::Vector>(&seen.places[which]);
-        let larger = [place(l), motion.position[large]];
+        let larger = [seen.places[l], motion.position[large]];
         let turn = turned::<S>(&motion.rotation[large], &seen.attitudes[l]);
         let own = turned::<S>(&motion.rotation[small], &seen.attitudes[s]);
         let apart = motion.position[small] - larger[1];
         let apart = turn.map_or(apart, |turn| turn.unrotate(apart));
-        let by = apart - (place(s) - larger[0]);
+        let by = apart - (seen.places[s] - larger[0]);
         let against = match (own, turn) {
             (Some(own), Some(turn)) => Some(own.within(&turn)),
             (own, turn) => own.or_else(|| turn.map(|turn| turn.inverse())),
@@ -81,11 +84,15 @@ impl<S: Geometry> Together<S> {
         // not a number where an attitude was none
         let stands = by.norm() + swing <= farthest;
         // what was pushed since may come to other parts of the other body in this step; how far it falls was known
-        if !stands || ahead.coming((a, b)) > farthest {
+        if !stands {
+            return None;
+        }
+        let closing = closing.unwrap_or_else(|| ahead.closing((a, b)));
+        if ahead.coming((a, b), closing) > farthest {
             return None;
         }
         let sign = if a_is_small { 1.0 } else { -1.0 };
-        Some(Together { larger, turn, smaller: place(s), by, against, sign })
+        Some(Together { larger, turn, smaller: seen.places[s], by, against, sign })
     }
 
     /// How a point of the smaller body moved against the larger one, in the frame of then \[m\].
@@ -105,8 +112,8 @@ impl<S: Geometry> Together<S> {
 
 /// How a body turned since it had this attitude; none where it did not.
 #[inline]
-fn turned<S: Geometry>(now: &S::Rotation, before: &[f64; 4]) -> Option<S::Rotation> {
-    let before = &before[..S::Rotation::LEN];
+fn turned<S: Geometry>(now: &S::Rotation, before: &S::Turns<f64>) -> Option<S::Rotation> {
+    let before = before.slice();
     if now.as_slice() == before { None } else { now.since(before) }
 }
 
@@ -116,9 +123,4 @@ fn angle<S: Geometry>(turn: &S::Rotation) -> f64 {
     let none = S::Rotation::IDENTITY;
     let apart = turn.as_slice().iter().zip(none.as_slice()).map(|(a, b)| (a - b) * (a - b));
     apart.sum::<f64>().sqrt() * if S::SPIN == 1 { 1.0 } else { 2.0 }
-}
-
-#[inline]
-fn column<C: Column>(numbers: &[f64; 3]) -> C {
-    C::from_fn(|k| numbers[k])
 }

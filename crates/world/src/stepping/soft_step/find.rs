@@ -5,6 +5,7 @@ use super::again::again;
 use super::face::{Face, NONE};
 use super::memory::{PatchForce, Walk};
 use super::patches::{patch_of, start_again, start_from};
+use super::tally::Tally;
 use crate::ahead::Ahead;
 use crate::material::Coefficients;
 use crate::narrow_phase::{Finder, Near, contact_id};
@@ -20,7 +21,7 @@ pub(super) struct Finding<'a, S: Geometry> {
     /// The step ahead.
     pub ahead: Ahead<'a, S>,
     /// The patches of the step before.
-    pub before: &'a [PatchForce],
+    pub before: &'a [PatchForce<S>],
     /// Length of a substep \[s\].
     pub h: f32,
 }
@@ -31,6 +32,8 @@ pub(super) struct Found<S: Geometry> {
     pub faces: Vec<Face<S>>,
     /// Their patches; records are not known yet.
     pub patches: Vec<Patch<S>>,
+    /// What is counted of the faces.
+    pub tally: Tally,
     /// Where the search for what is known stands; none before the first pair.
     place: Option<usize>,
     /// Room for a pair's points, and for the names of a face's.
@@ -40,8 +43,8 @@ pub(super) struct Found<S: Geometry> {
 
 impl<S: Geometry> Default for Found<S> {
     fn default() -> Self {
-        let (faces, patches, place, points, members) = Default::default();
-        Found { faces, patches, place, points, members }
+        let (faces, patches, tally, place, points, members) = Default::default();
+        Found { faces, patches, tally, place, points, members }
     }
 }
 
@@ -49,7 +52,7 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
     type Findings = Found<S>;
 
     fn begin(&self, found: &mut Found<S>) {
-        found.place = None;
+        (found.place, found.tally) = (None, Tally::default());
     }
 
     fn look(&self, near: &Near<'_, S>, found: &mut Found<S>) {
@@ -60,8 +63,9 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
         let range = walk.of(serials);
         found.place = Some(walk.place());
         let known = &self.before[range.clone()];
-        if let Some(face) = again(&self.ahead, pair, known, &mut found.faces) {
+        if let Some(face) = again(&self.ahead, (pair, near.closing), known, &mut found.faces) {
             face.again = range.start as u32;
+            found.tally.add(face);
             found.patches.push(patch_of(bodies, face));
             if let Some(patch) = found.patches.last_mut() {
                 start_again(patch, face, &known[0], self.h);
@@ -81,6 +85,7 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
             let face = face_of(&found.points, members, (pair, coefficients), &name);
             let mut patch = patch_of(bodies, &face);
             start_from(&mut patch, &face, &found.faces[first..], known, self.h);
+            found.tally.add(&face);
             found.faces.push(face);
             found.patches.push(patch);
         }

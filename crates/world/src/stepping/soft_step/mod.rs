@@ -12,6 +12,7 @@ mod memory;
 mod motion;
 mod patches;
 mod problem;
+mod tally;
 
 pub use again::AGAIN;
 pub(crate) use face::Face;
@@ -42,6 +43,7 @@ use find::{Finding, Found};
 use given::Given;
 use problem::Rigid;
 use std::sync::OnceLock;
+use tally::Tally;
 
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
 pub struct SoftStep<S: Geometry> {
@@ -49,6 +51,7 @@ pub struct SoftStep<S: Geometry> {
     /// Faces of contact where the step began, in the order of their pairs, and the patch of each.
     faces: Vec<Face<S>>,
     patches: Vec<Patch<S>>,
+    tally: Tally,
     found: Memory<Found<S>>,
     /// The faces' points as touches, made when asked for.
     touches: OnceLock<Vec<Touch<S>>>,
@@ -92,6 +95,7 @@ impl<S: Geometry> Default for SoftStep<S> {
             solver: SoftSolver::default(),
             faces: Vec::new(),
             patches: Vec::new(),
+            tally: Tally::default(),
             found: Memory::default(),
             touches: OnceLock::new(),
             record_of: Vec::new(),
@@ -121,7 +125,7 @@ impl<S: Geometry> SoftStep<S> {
         &mut self,
         narrow_phase: &mut NarrowPhase<S>,
         ahead: Ahead<'_, S>,
-        before: &[PatchForce],
+        before: &[PatchForce<S>],
     ) {
         self.touches = OnceLock::new();
         let (mut faces, mut patches) = (std::mem::take(&mut self.faces), std::mem::take(&mut self.patches));
@@ -129,11 +133,13 @@ impl<S: Geometry> SoftStep<S> {
         patches.clear();
         let h = substep(ahead.settings, ahead.dt) as f32;
         let finding = Finding { ahead, before, h };
+        let mut tally = Tally::default();
         narrow_phase.search(&ahead, &finding, &mut self.found, |found| {
+            tally.join(&found.tally);
             take(&mut found.faces, &mut faces);
             take(&mut found.patches, &mut patches);
         });
-        (self.faces, self.patches) = (faces, patches);
+        (self.faces, self.patches, self.tally) = (faces, patches, tally);
     }
 
     /// Drops the faces of bodies that sleep.
@@ -142,6 +148,8 @@ impl<S: Geometry> SoftStep<S> {
         let mut kept = self.faces.iter().map(wakes);
         self.patches.retain(|_| kept.next() == Some(true));
         self.faces.retain(wakes);
+        self.tally = Tally::default();
+        self.faces.iter().for_each(|face| self.tally.add(face));
     }
 
     /// Faces of contact where the step began.
@@ -160,15 +168,7 @@ impl<S: Geometry> SoftStep<S> {
 
     /// How many points they have, and the smallest gap \[m\] with its bodies.
     pub(crate) fn met(&self) -> (usize, Option<(f64, usize, usize)>) {
-        let count = self.faces.iter().map(Face::len).sum();
-        let mut deepest: Option<(f64, usize, usize)> = None;
-        for face in &self.faces {
-            let gap = face.deepest();
-            if deepest.is_none_or(|known| gap < known.0) {
-                deepest = Some((gap, face.a as usize, face.b as usize));
-            }
-        }
-        (count, deepest)
+        (self.tally.points, self.tally.deepest)
     }
 
     /// Advances all bodies by one step that has begun, whose faces were found, from the patches of the step before.
@@ -179,13 +179,13 @@ impl<S: Geometry> SoftStep<S> {
     pub fn advance(
         &mut self,
         bodies: &mut Bodies<S>,
-        before: &[PatchForce],
+        before: &[PatchForce<S>],
         settings: &Settings<S>,
         step: &Step<S>,
         outside: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
-        refuse(bodies, &self.faces, step.time)?;
+        refuse(bodies, &self.tally, step.time)?;
         let workers = outside.workers;
         let mut report = SchemeReport::default();
         self.make_room(bodies);
@@ -269,7 +269,7 @@ impl<S: Geometry> SoftStep<S> {
             return None;
         }
         let body = |record: u32| self.body_of[record as usize] as usize;
-        let contacts = self.faces.iter().map(Face::len).sum();
+        let contacts = self.tally.points;
         // of no impulses at all: what gravity gives in a step
         let nothing = step.gravity.norm() * step.dt;
         Some(SolveReport {
@@ -391,7 +391,7 @@ fn choice<S: Geometry>(settings: &Settings<S>, step: &Step<S>) -> SoftChoice {
 }
 
 /// Refuses what the scheme has no law for.
-fn refuse<S: Geometry>(bodies: &Bodies<S>, faces: &[Face<S>], time: f64) -> Result<(), StepError> {
+fn refuse<S: Geometry>(bodies: &Bodies<S>, tally: &Tally, time: f64) -> Result<(), StepError> {
     if let Some(joint) = bodies.joints.names.first() {
         return Err(StepError::Joint {
             joint: joint.clone(),
@@ -400,8 +400,7 @@ fn refuse<S: Geometry>(bodies: &Bodies<S>, faces: &[Face<S>], time: f64) -> Resu
             time,
         });
     }
-    if let Some(face) = faces.iter().find(|f| f.coefficients.tangential_restitution > 0.0) {
-        let ((a, b), turned) = (face.pair(), face.coefficients.tangential_restitution);
+    if let Some((turned, a, b)) = tally.turns_slip {
         let (a, b) = (&bodies.names[a], &bodies.names[b]);
         return Err(StepError::Argument {
             field: "tangential_restitution",

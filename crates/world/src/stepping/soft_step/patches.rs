@@ -47,7 +47,7 @@ pub(super) fn patch_of<S: Geometry>(bodies: &Bodies<S>, face: &Face<S>) -> Patch
 }
 
 /// Starts a patch whose points are used again from the forces that they had.
-pub(super) fn start_again<S: Geometry>(patch: &mut Patch<S>, face: &Face<S>, force: &PatchForce, h: f32) {
+pub(super) fn start_again<S: Geometry>(patch: &mut Patch<S>, face: &Face<S>, force: &PatchForce<S>, h: f32) {
     for i in 0..face.len() {
         patch.points[i].impulse = force.normal[i] as f32 * h;
     }
@@ -60,7 +60,7 @@ pub(super) fn start_from<S: Geometry>(
     patch: &mut Patch<S>,
     face: &Face<S>,
     others: &[Face<S>],
-    before: &[PatchForce],
+    before: &[PatchForce<S>],
     h: f32,
 ) {
     for i in 0..face.len() {
@@ -77,14 +77,14 @@ pub(super) fn start_from<S: Geometry>(
 }
 
 /// The remembered patch of the first point that is known.
-fn source<S: Geometry>(face: &Face<S>, before: &[PatchForce]) -> Option<usize> {
+fn source<S: Geometry>(face: &Face<S>, before: &[PatchForce<S>]) -> Option<usize> {
     let known = |id: &u64| before.iter().position(|force| force.names().contains(id));
     face.ids.slice()[..face.len()].iter().find_map(known)
 }
 
 /// Friction and rolling friction to start from.
 #[inline]
-fn start_rubbing<S: Geometry>(patch: &mut Patch<S>, normal: S::Vector, force: &PatchForce, h: f32) {
+fn start_rubbing<S: Geometry>(patch: &mut Patch<S>, normal: S::Vector, force: &PatchForce<S>, h: f32) {
     for m in 0..S::SLIP {
         let tangent = S::tangent(normal, m);
         let along = (0..S::DIM).map(|c| tangent[c] * force.friction[c]).sum::<f64>();
@@ -117,7 +117,7 @@ impl<S: Geometry> SoftStep<S> {
     pub(super) fn remember(
         &mut self,
         bodies: &Bodies<S>,
-        before: &[PatchForce],
+        before: &[PatchForce<S>],
         warm: &mut WarmStart<S>,
         choice: &SoftChoice,
     ) {
@@ -141,27 +141,26 @@ impl<S: Geometry> SoftStep<S> {
     }
 
     /// What is remembered of a face that was found anew.
-    fn seen_first(&self, bodies: &Bodies<S>, face: &Face<S>) -> PatchForce {
+    fn seen_first(&self, bodies: &Bodies<S>, face: &Face<S>) -> PatchForce<S> {
         let (a, b) = face.pair();
-        let mut seen = Seen::default();
-        seen.normal[..S::DIM].copy_from_slice(face.normal.as_slice());
+        let (mut points, mut gaps) = (S::Points::all(S::Vector::ZERO), S::Points::all(0.0));
         for i in 0..face.len() {
-            seen.points[i][..S::DIM].copy_from_slice(face.points[i].as_slice());
-            seen.gaps[i] = face.gaps[i];
+            (points[i], gaps[i]) = (face.points[i], face.gaps[i]);
         }
-        for (k, body) in [a, b].into_iter().enumerate() {
-            seen.places[k][..S::DIM].copy_from_slice(self.rigid.position[body].as_slice());
-            let attitude = self.rigid.rotation[body].as_slice();
-            seen.attitudes[k][..attitude.len()].copy_from_slice(attitude);
+        let mut attitudes = [S::Turns::all(0.0); 2];
+        for (to, body) in attitudes.iter_mut().zip([a, b]) {
+            to.slice_mut().copy_from_slice(self.rigid.rotation[body].as_slice());
         }
+        let places = [self.rigid.position[a], self.rigid.position[b]];
+        let seen = Seen { normal: face.normal, points, gaps, places, attitudes };
         PatchForce {
             pair: (bodies.data[a].serial, bodies.data[b].serial),
             count: face.len(),
-            ids: std::array::from_fn(|i| if i < face.len() { face.ids[i] } else { 0 }),
-            normal: [0.0; 4],
-            friction: [0.0; 3],
+            ids: face.ids,
+            normal: S::Points::all(0.0),
+            friction: S::Vector::ZERO,
             twist: 0.0,
-            rolling: [0.0; 3],
+            rolling: S::Spin::ZERO,
             seen,
         }
     }
@@ -169,11 +168,11 @@ impl<S: Geometry> SoftStep<S> {
 
 /// Writes a patch's last impulses as forces.
 #[inline]
-fn press<S: Geometry>(force: &mut PatchForce, face: &Face<S>, told: &PatchResult<S>, rate: f64) {
+fn press<S: Geometry>(force: &mut PatchForce<S>, face: &Face<S>, told: &PatchResult<S>, rate: f64) {
     for i in 0..face.len() {
         force.normal[i] = f64::from(told.last[i]) * rate;
     }
-    (force.friction, force.rolling) = ([0.0; 3], [0.0; 3]);
+    (force.friction, force.rolling) = (S::Vector::ZERO, S::Spin::ZERO);
     for m in 0..S::SLIP {
         let tangent = S::tangent(face.normal, m);
         for c in 0..S::DIM {
