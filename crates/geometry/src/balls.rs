@@ -41,8 +41,10 @@ pub(crate) fn two_balls<S: Kernel>(a: &Ball<S>, b: &Ball<S>, margin: f64) -> Opt
     if gap > margin {
         return Some(None);
     }
-    let place = Pose::new(a.pose.position - b.pose.position, S::Rotation::IDENTITY);
-    if distance <= NO_DIRECTION * scale::<S>(a.core, b.core, &place) {
+    // between balls about their frames' origins that distance is the scale
+    let is_plain = a.point == S::Vector::ZERO && b.point == S::Vector::ZERO;
+    let place = || Pose::new(a.pose.position - b.pose.position, S::Rotation::IDENTITY);
+    if distance == 0.0 || (!is_plain && distance <= NO_DIRECTION * scale::<S>(a.core, b.core, &place())) {
         return None;
     }
     let normal = between * (1.0 / distance);

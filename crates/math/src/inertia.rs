@@ -96,13 +96,16 @@ impl Sym3 {
             off: [0.5 * (m[0][1] + m[1][0]), 0.5 * (m[0][2] + m[2][0]), 0.5 * (m[1][2] + m[2][1])],
         }
     }
+    /// True for a multiple of the identity, which turning leaves exactly as it is.
+    #[inline]
+    pub fn is_isotropic(&self) -> bool {
+        let ([a, b, c], off) = (self.diagonal, self.off);
+        off == [0.0; 3] && a == b && b == c
+    }
     /// R S R^T for a rotation matrix R given row by row.
     pub fn conjugated(&self, r: &[[f64; 3]; 3]) -> Self {
-        if self.off == [0.0; 3]
-            && self.diagonal[0] == self.diagonal[1]
-            && self.diagonal[1] == self.diagonal[2]
-        {
-            return *self; // a multiple of the identity stays exactly itself
+        if self.is_isotropic() {
+            return *self;
         }
         let s = self.rows();
         let mut rs = [[0.0; 3]; 3];

@@ -123,8 +123,9 @@ impl Space for Spatial {
         let b = x * y * a;
         if k == 0 { vec3(1.0 + sign * x * x * a, sign * b, -sign * x) } else { vec3(b, sign + y * y * a, -y) }
     }
+    #[inline]
     fn turned(inertia: &Sym3, rotation: &Quaternion) -> Sym3 {
-        inertia.conjugated(&rotation.matrix())
+        if inertia.is_isotropic() { *inertia } else { inertia.conjugated(&rotation.matrix()) }
     }
     fn steiner(mass: f64, arm: Vec3) -> Sym3 {
         let [x, y, z] = arm.0;

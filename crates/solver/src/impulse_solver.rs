@@ -128,6 +128,10 @@ pub trait ImpulseSolver<S: Space>: Send {
     ) -> Option<Impulse<S>> {
         None
     }
+    /// The same of a contact without friction, from its approach \[m/s\] and the mass behind its normal \[kg\].
+    fn alone_on_normal(&self, _approach: f64, _normal_mass: f64) -> Option<f64> {
+        None
+    }
     /// What `solve` would come to on a problem of this contact alone, between bodies of these inverse masses and velocities,
     /// from nothing, with its report where anything presses. `None` where the solver would not do it at once.
     fn solve_alone(

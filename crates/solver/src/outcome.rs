@@ -58,6 +58,42 @@ pub struct StageReport {
     pub stop: Stop,
 }
 
+/// The solvers that worked on an island, in order. Nearly always it is one, which asks for no memory: a world at rest has an
+/// island for each of its bodies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Vec<StageReport>", into = "Vec<StageReport>")]
+pub enum Stages {
+    /// One alone.
+    One([StageReport; 1]),
+    /// Any number.
+    Several(Vec<StageReport>),
+}
+
+impl From<Vec<StageReport>> for Stages {
+    fn from(all: Vec<StageReport>) -> Self {
+        <[StageReport; 1]>::try_from(all).map_or_else(Stages::Several, Stages::One)
+    }
+}
+
+impl From<Stages> for Vec<StageReport> {
+    fn from(stages: Stages) -> Self {
+        match stages {
+            Stages::One([stage]) => vec![stage],
+            Stages::Several(all) => all,
+        }
+    }
+}
+
+impl std::ops::Deref for Stages {
+    type Target = [StageReport];
+    fn deref(&self) -> &[StageReport] {
+        match self {
+            Stages::One(one) => one,
+            Stages::Several(all) => all,
+        }
+    }
+}
+
 /// How one island was solved: a set of movable bodies that contacts and rows join.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IslandReport {
@@ -79,7 +115,7 @@ pub struct IslandReport {
     #[serde(default)]
     pub strict_feasibility: Option<f64>,
     /// The solvers that worked on it, in order.
-    pub stages: Vec<StageReport>,
+    pub stages: Stages,
 }
 
 impl IslandReport {

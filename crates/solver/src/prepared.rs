@@ -82,7 +82,7 @@ pub struct ContactRow<S: Space> {
 }
 
 impl<S: Space> ContactRow<S> {
-    fn new(c: &Contact<S>, direction: S::Vector, masses: &[InverseMass<S>]) -> Self {
+    pub(crate) fn new(c: &Contact<S>, direction: S::Vector, masses: &[InverseMass<S>]) -> Self {
         let (moment_a, moment_b) = (S::moment(c.arm_a, direction), S::moment(c.arm_b, direction));
         let (mass_a, mass_b) = (&masses[c.a], &masses[c.b]);
         let (turn_a, turn_b) = (mass_a.angular.apply(moment_a), mass_b.angular.apply(moment_b));
@@ -101,6 +101,15 @@ impl<S: Space> ContactRow<S> {
     pub fn velocity_between(&self, a: &Twist<S>, b: &Twist<S>) -> f64 {
         self.direction.dot(a.linear - b.linear)
             + (self.moment_a.dot(a.angular) - self.moment_b.dot(b.angular))
+    }
+    /// Adds the response to an impulse along the row to the velocities of the two bodies, of these inverse masses \[1/kg\].
+    #[inline]
+    pub fn push(&self, impulse: f64, (mass_a, mass_b): (f64, f64), (a, b): (&mut Twist<S>, &mut Twist<S>)) {
+        let force = self.direction * impulse;
+        a.linear += force * mass_a;
+        b.linear -= force * mass_b;
+        a.angular += self.turn_a * impulse;
+        b.angular -= self.turn_b * impulse;
     }
     /// The row in full.
     pub fn full(&self, masses: &[InverseMass<S>]) -> Row<S> {
@@ -207,15 +216,14 @@ impl<S: Space> PreparedContact<S> {
     /// Adds the response to a normal impulse to the velocities of the two bodies.
     #[inline]
     pub fn push_normal(&self, impulse: f64, a: &mut Twist<S>, b: &mut Twist<S>) {
-        let force = self.normal.direction * impulse;
-        a.linear += force * self.inverse_mass_a;
-        b.linear -= force * self.inverse_mass_b;
-        a.angular += self.normal.turn_a * impulse;
-        b.angular -= self.normal.turn_b * impulse;
+        self.normal.push(impulse, (self.inverse_mass_a, self.inverse_mass_b), (a, b));
     }
     /// Adds the response to an impulse to the velocities of the two bodies.
     #[inline]
     pub fn push(&self, impulse: &Impulse<S>, a: &mut Twist<S>, b: &mut Twist<S>) {
+        if impulse.tangent == S::Slip::ZERO {
+            return self.push_normal(impulse.normal, a, b);
+        }
         let mut force = self.normal.direction * impulse.normal;
         let mut turn_a = self.normal.turn_a * impulse.normal;
         let mut turn_b = self.normal.turn_b * impulse.normal;

@@ -280,6 +280,11 @@ impl<S: Space> ContactProblem<S> {
     pub fn scalar_rows(&self) -> usize {
         self.contacts.len() * (1 + S::SLIP) + self.rows.len() + self.resistances.len() * S::SPIN
     }
+    /// True where contacts without friction are all there is: then nothing but normals takes part.
+    pub fn is_of_normals(&self) -> bool {
+        let plain = self.rows.is_empty() && self.resistances.is_empty();
+        plain && self.contacts.iter().all(|c| c.friction == 0.0)
+    }
     /// Velocities after the impulses: v + M^-1 J^T gamma (theory eq. 5.4).
     pub fn velocities_after(&self, impulses: &Impulses<S>) -> Vec<Twist<S>> {
         let mut v = self.velocities.clone();
@@ -289,6 +294,9 @@ impl<S: Space> ContactProblem<S> {
     /// Adds M^-1 J^T gamma to `velocities`.
     pub fn apply(&self, impulses: &Impulses<S>, velocities: &mut [Twist<S>]) {
         for (contact, impulse) in self.contacts.iter().zip(&impulses.contacts) {
+            if *impulse == Impulse::default() {
+                continue;
+            }
             let force = contact.to_world(impulse);
             let on_a = Twist::new(force, S::moment(contact.arm_a, force));
             let on_b = Twist::new(force, S::moment(contact.arm_b, force));
@@ -322,9 +330,18 @@ impl<S: Space> Contact<S> {
         let u = velocities[self.a].at(self.arm_a) - velocities[self.b].at(self.arm_b);
         (u.dot(self.normal), S::Slip::from_fn(|k| u.dot(S::tangent(self.normal, k))))
     }
+    /// The normal part of it.
+    #[inline]
+    pub fn normal_velocity(&self, velocities: &[Twist<S>]) -> f64 {
+        (velocities[self.a].at(self.arm_a) - velocities[self.b].at(self.arm_b)).dot(self.normal)
+    }
     /// An impulse in the contact's frame as a world vector.
+    #[inline]
     pub fn to_world(&self, impulse: &Impulse<S>) -> S::Vector {
         let mut force = self.normal * impulse.normal;
+        if impulse.tangent == S::Slip::ZERO {
+            return force;
+        }
         for k in 0..S::SLIP {
             force += S::tangent(self.normal, k) * impulse.tangent[k];
         }

@@ -7,7 +7,7 @@
 //! The forms used below are the same maps with the subtraction of nearly equal impulses carried out by hand.
 
 use crate::cone::project_tangent;
-use crate::prepared::{Prepared, PreparedContact};
+use crate::prepared::{ContactRow, Prepared, PreparedContact};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use carom_math::{Column, Space};
 use serde::{Deserialize, Serialize};
@@ -44,6 +44,9 @@ pub fn contact_residual<S: Space>(
     law: FrictionLaw,
 ) -> f64 {
     let normal = least(impulse.normal / normal_mass, normal_velocity - target);
+    if friction == 0.0 && impulse.tangent == S::Slip::ZERO {
+        return normal.abs();
+    }
     // an impulse that pulls is outside the law whatever the velocities are
     let limit = friction * impulse.normal.max(0.0);
     let trial = impulse.tangent - slip * tangent_mass;
@@ -93,6 +96,36 @@ pub(crate) fn residual_in<S: Space>(
     Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
 }
 
+/// The same of contacts without friction and nothing else, with memory for their rows.
+pub(crate) fn residual_of_normals<S: Space>(
+    problem: &ContactProblem<S>,
+    impulses: &Impulses<S>,
+    (rows, after): (&mut Vec<ContactRow<S>>, &mut Vec<Twist<S>>),
+) -> Residual {
+    let masses = &problem.inverse_masses;
+    rows.clear();
+    rows.extend(problem.contacts.iter().map(|c| ContactRow::new(c, c.normal, masses)));
+    after.clone_from(&problem.velocities);
+    for (row, g) in rows.iter().zip(&impulses.contacts).filter(|(_, g)| g.normal != 0.0) {
+        let (mut a, mut b) = (after[row.a as usize], after[row.b as usize]);
+        let inverse = (masses[row.a as usize].linear, masses[row.b as usize].linear);
+        row.push(g.normal, inverse, (&mut a, &mut b));
+        (after[row.a as usize], after[row.b as usize]) = (a, b);
+    }
+    let (mut scale, mut absolute, mut worst) = (f64::MIN_POSITIVE, 0.0, None);
+    for (i, (row, (c, g))) in rows.iter().zip(problem.contacts.iter().zip(&impulses.contacts)).enumerate() {
+        let before = row.velocity(&problem.velocities);
+        scale = scale.max(c.target - before).max(f64::EPSILON * before.abs());
+        let pressed = g.normal / (1.0 / row.inverse_effective_mass);
+        let value = least(pressed, row.velocity(after) - c.target).abs();
+        let value = if value.is_nan() { f64::INFINITY } else { value };
+        if value > absolute {
+            (absolute, worst) = (value, Some(Entry::Contact(i)));
+        }
+    }
+    Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
+}
+
 /// The same of a contact that is alone between its bodies, which have these velocities without it; where it is
 /// largest is left out.
 pub(crate) fn residual_alone<S: Space>(
@@ -102,13 +135,30 @@ pub(crate) fn residual_alone<S: Space>(
     impulse: &Impulse<S>,
 ) -> Residual {
     let (mut a, mut b) = c.pair(velocities);
-    let scale = approach_scale(c, c.velocity_between(&a, &b)).max(0.0).max(f64::MIN_POSITIVE);
+    let scale = approach_scale(c, law_velocity(c, &a, &b)).max(0.0).max(f64::MIN_POSITIVE);
     if *impulse != Impulse::default() {
         c.push(impulse, &mut a, &mut b);
     }
     let masses = (c.normal_mass, c.tangent_mass);
-    let after = c.velocity_between(&a, &b);
+    let after = law_velocity(c, &a, &b);
     let value = contact_residual::<S>(impulse, after, c.target, c.friction, masses, law);
+    let absolute = if value.is_nan() { f64::INFINITY } else { value };
+    Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst: None }
+}
+
+/// The same of a contact without friction, from its normal row and the inverse masses of its bodies \[1/kg\].
+pub(crate) fn residual_on_normal<S: Space>(
+    row: &ContactRow<S>,
+    (mass_a, mass_b): (f64, f64),
+    velocities: &[Twist<S>],
+    (impulse, target): (f64, f64),
+) -> Residual {
+    let (mut a, mut b) = (velocities[row.a as usize], velocities[row.b as usize]);
+    let before = row.velocity_between(&a, &b);
+    let scale = (target - before).max(f64::EPSILON * before.abs()).max(f64::MIN_POSITIVE);
+    row.push(impulse, (mass_a, mass_b), (&mut a, &mut b));
+    let value =
+        least(impulse / (1.0 / row.inverse_effective_mass), row.velocity_between(&a, &b) - target).abs();
     let absolute = if value.is_nan() { f64::INFINITY } else { value };
     Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst: None }
 }
@@ -159,7 +209,7 @@ fn each<S: Space>(
         let masses = (c.normal_mass, c.tangent_mass);
         let value = contact_residual::<S>(
             g,
-            c.relative_velocity(after),
+            law_velocity_of(c, after),
             c.target,
             c.friction,
             masses,
@@ -183,13 +233,26 @@ fn each<S: Space>(
 /// approach presses for. A floor keeps approaches that are rounding of the bodies' velocities from counting.
 pub fn velocity_scale<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared<S>) -> f64 {
     let v = &problem.velocities;
-    let contacts = prepared.contacts.iter().map(|c| approach_scale(c, c.relative_velocity(v)));
+    let contacts = prepared.contacts.iter().map(|c| approach_scale(c, law_velocity_of(c, v)));
     let rows = problem.rows.iter().zip(&prepared.rows).map(|(r, p)| {
         let velocity = p.velocity(v);
         let error = row_residual(0.0, velocity - r.target, (r.lo, r.hi), p.inverse_effective_mass);
         error.max(f64::EPSILON * velocity.abs())
     });
     contacts.chain(rows).fold(0.0, f64::max)
+}
+
+/// What a contact's law asks for of the velocities of its bodies: without friction the slip is of no matter, and zero.
+#[inline]
+fn law_velocity<S: Space>(c: &PreparedContact<S>, a: &Twist<S>, b: &Twist<S>) -> (f64, S::Slip) {
+    let slip = if c.friction > 0.0 { c.slip_between(a, b) } else { S::Slip::ZERO };
+    (c.normal.velocity_between(a, b), slip)
+}
+
+/// The same from those of all bodies.
+#[inline]
+fn law_velocity_of<S: Space>(c: &PreparedContact<S>, v: &[Twist<S>]) -> (f64, S::Slip) {
+    law_velocity(c, &v[c.normal.a as usize], &v[c.normal.b as usize])
 }
 
 /// What one contact adds to it.

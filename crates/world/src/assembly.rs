@@ -116,9 +116,13 @@ pub fn contact_work<S: Geometry>(
         if g.normal == 0.0 && g.tangent == S::Slip::ZERO {
             continue;
         }
-        let (n0, t0) = c.relative_velocity(before);
-        let (n1, t1) = c.relative_velocity(after);
-        book(k, 0.5 * g.normal * (n0 + n1), 0.5 * g.tangent.dot(t0 + t1));
+        if g.tangent == S::Slip::ZERO {
+            book(k, 0.5 * g.normal * (c.normal_velocity(before) + c.normal_velocity(after)), 0.0);
+        } else {
+            let (n0, t0) = c.relative_velocity(before);
+            let (n1, t1) = c.relative_velocity(after);
+            book(k, 0.5 * g.normal * (n0 + n1), 0.5 * g.tangent.dot(t0 + t1));
+        }
         let force = c.to_world(g);
         if !bodies.is_dynamic(c.b) {
             ledger.driven += force.dot(after[c.b].at(c.arm_b));

@@ -316,6 +316,7 @@ impl<S: Geometry> Bodies<S> {
         0.5 * self.spin_momentum(i).dot(self.motion.angular_velocity[i])
     }
     /// Pose of the shape's own frame: the centre of mass is at its local `center`.
+    #[inline]
     pub fn shape_pose(&self, i: usize) -> Pose<S> {
         let pose = self.motion.pose(i);
         if self.data[i].mass_properties.center == S::Vector::ZERO {

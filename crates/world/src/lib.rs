@@ -38,8 +38,8 @@ pub use carom_math::{
 };
 pub use carom_solver::{
     self as solver, Certificate, Contact, ContactProblem, FrictionLaw, ImpulseChoice, ImpulseSolver,
-    Impulses, IslandReport, Outcome, Progress, SolveSettings, SolverKind, StageReport, Stop, Twist, Watch,
-    unwatched,
+    Impulses, IslandReport, Outcome, Progress, SolveSettings, SolverKind, StageReport, Stages, Stop, Twist,
+    Watch, unwatched,
 };
 pub use error::{BuildError, StepError};
 pub use force::{ForceField, Wrench};

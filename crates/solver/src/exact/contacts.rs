@@ -4,11 +4,12 @@
 use super::analyses::Analyses;
 use super::blocks::Blocks;
 use super::equalities::{is_linear, solve_linear};
+use super::frictionless::{Ended, Frictionless};
 use super::mass_roots::MassRoots;
 use super::memory::Memory;
 use super::mixed::{is_boxed, is_mixed, solve_mixed};
 use super::operator::Operator;
-use super::single::single;
+use super::single::{on_normal, single};
 use super::{Goal, feasibility_of, solve_blocks};
 use crate::cone::project;
 use crate::friction_problem::project_on_cone;
@@ -26,6 +27,7 @@ use carom_math::{Column, Space};
 pub struct ExactContacts<S: Space> {
     prepared: Prepared<S>,
     given: Impulses<S>,
+    frictionless: Frictionless<S>,
     analyses: Analyses,
     roots: MassRoots,
     /// Velocities after the impulses, for judging.
@@ -57,6 +59,9 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
     ) -> Option<Impulse<S>> {
         if is_boxed::<S>(law) { None } else { single(contact, velocities, old) }
     }
+    fn alone_on_normal(&self, approach: f64, normal_mass: f64) -> Option<f64> {
+        on_normal(approach, normal_mass)
+    }
     fn work(
         &mut self,
         problem: &ContactProblem<S>,
@@ -64,6 +69,9 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
         impulses: &mut Impulses<S>,
         watch: &mut Watch,
     ) -> Outcome {
+        if let Some(outcome) = self.pivoted(problem, settings, impulses, watch) {
+            return outcome;
+        }
         self.prepared.update(problem);
         self.given.copy_from(impulses);
         if is_linear(problem) {
@@ -122,6 +130,24 @@ impl<S: Space> ExactContacts<S> {
         }
         impulses.copy_from(&self.given);
         None
+    }
+
+    /// Contacts without friction by pivots, where these come to the end.
+    fn pivoted(
+        &mut self,
+        problem: &ContactProblem<S>,
+        settings: &SolveSettings,
+        impulses: &mut Impulses<S>,
+        watch: &mut Watch,
+    ) -> Option<Outcome> {
+        let several = problem.contacts.len() > 1;
+        if !several || !problem.is_of_normals() || settings.impulses != ImpulseChoice::Any {
+            return None;
+        }
+        let limits = (settings.tolerance, settings.factorisations);
+        let ended = self.frictionless.solve(problem, limits, impulses, watch)?;
+        let Ended { residual, iterations, factorisations } = ended;
+        Some(Outcome { factorisations, ..Outcome::new(iterations, residual, Stop::Converged) })
     }
 
     fn in_dimension<const D: usize>(

@@ -18,8 +18,8 @@ pub fn single<S: Space>(
     let (normal, slip) = c.relative_velocity(velocities);
     let approach = normal - c.target;
     if c.friction == 0.0 {
-        let found = Impulse { normal: (-approach * c.normal_mass).max(0.0), tangent: S::Slip::ZERO };
-        return found.normal.is_finite().then_some(found);
+        let found = on_normal(approach, c.normal_mass)?;
+        return Some(Impulse { normal: found, tangent: S::Slip::ZERO });
     }
     let found = if S::SLIP == 1 {
         solved::<S, 2>(c, [approach, slip[0]], old)
@@ -28,6 +28,12 @@ pub fn single<S: Space>(
     };
     let finite = found.normal.is_finite() && found.tangent.as_slice().iter().all(|t| t.is_finite());
     finite.then_some(found)
+}
+
+/// The impulse of a contact without friction from its approach \[m/s\] and the mass behind its normal \[kg\].
+pub fn on_normal(approach: f64, normal_mass: f64) -> Option<f64> {
+    let found = (-approach * normal_mass).max(0.0);
+    found.is_finite().then_some(found)
 }
 
 fn solved<S: Space, const D: usize>(

@@ -8,6 +8,7 @@
 mod analysis;
 mod chunk;
 mod dissection;
+mod envelope;
 mod factor;
 mod front;
 mod graph;
@@ -16,5 +17,6 @@ mod layout;
 mod ordering;
 
 pub use analysis::Analysis;
+pub use envelope::Envelope;
 pub use factor::Factor;
 pub use graph::Graph;

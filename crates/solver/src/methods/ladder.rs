@@ -4,10 +4,12 @@
 
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
 use crate::islands::{Islands, Part};
-use crate::outcome::{IslandReport, Outcome, StageReport, Stop};
-use crate::prepared::{Prepared, PreparedContact};
+use crate::outcome::{IslandReport, Outcome, StageReport, Stages, Stop};
+use crate::prepared::{ContactRow, Prepared, PreparedContact};
 use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
-use crate::residual::{Entry, Residual, residual, residual_alone, residual_in};
+use crate::residual::{
+    Entry, Residual, residual, residual_alone, residual_in, residual_of_normals, residual_on_normal,
+};
 use crate::watch::Watch;
 use carom_math::{Column, Space};
 
@@ -21,13 +23,14 @@ pub struct Ladder<S: Space> {
     given: Impulses<S>,
     /// The whole problem's rows, for contacts that are alone and for the residual.
     prepared: Prepared<S>,
-    /// Velocities after all impulses.
+    /// The same of contacts without friction, and velocities after all impulses.
+    rows: Vec<ContactRow<S>>,
     after: Vec<Twist<S>>,
 }
 
 /// What a climb came to; the best impulses are in the part afterwards.
 struct Climbed {
-    stages: Vec<StageReport>,
+    stages: Stages,
     residual: Residual,
     stop: Stop,
     /// Told by the last stage that told any; nothing where the island is solved.
@@ -45,6 +48,7 @@ impl<S: Space> Ladder<S> {
             best: Impulses::default(),
             given: Impulses::default(),
             prepared: Prepared::default(),
+            rows: Vec::new(),
             after: Vec::new(),
         }
     }
@@ -63,10 +67,14 @@ impl<S: Space> Ladder<S> {
         if !plain || settings.impulses != ImpulseChoice::Any {
             return None;
         }
-        let bodies = (problem.friction_law, problem.velocities.as_slice());
+        let (bodies, tolerance) = ((problem.friction_law, problem.velocities.as_slice()), settings.tolerance);
         let old = impulses.contacts[contact];
-        let (found, climbed) =
-            self.at_once(&self.prepared.contacts[contact], bodies, &old, settings.tolerance)?;
+        let given = &problem.contacts[contact];
+        let (found, climbed) = if given.friction == 0.0 {
+            self.at_once_on_normal(given, &problem.inverse_masses, bodies.1, tolerance)?
+        } else {
+            self.at_once(&self.prepared.contacts[contact], bodies, &old, tolerance)?
+        };
         impulses.contacts[contact] = found;
         Some(climbed)
     }
@@ -79,18 +87,39 @@ impl<S: Space> Ladder<S> {
         old: &Impulse<S>,
         tolerance: f64,
     ) -> Option<(Impulse<S>, Climbed)> {
-        let (kind, solver) = &self.rungs[0];
-        let found = solver.alone(contact, law, velocities, old)?;
-        let mut residual = residual_alone(contact, law, velocities, &found);
+        let found = self.rungs[0].1.alone(contact, law, velocities, old)?;
+        let residual = residual_alone(contact, law, velocities, &found);
+        Some((found, self.found_at_once(residual, tolerance)?))
+    }
+
+    /// The same of a contact without friction.
+    fn at_once_on_normal(
+        &self,
+        contact: &Contact<S>,
+        masses: &[InverseMass<S>],
+        velocities: &[Twist<S>],
+        tolerance: f64,
+    ) -> Option<(Impulse<S>, Climbed)> {
+        let row = ContactRow::new(contact, contact.normal, masses);
+        let approach = row.velocity(velocities) - contact.target;
+        let normal = self.rungs[0].1.alone_on_normal(approach, 1.0 / row.inverse_effective_mass)?;
+        let inverse = (masses[contact.a].linear, masses[contact.b].linear);
+        let residual = residual_on_normal(&row, inverse, velocities, (normal, contact.target));
+        let found = Impulse { normal, tangent: S::Slip::ZERO };
+        Some((found, self.found_at_once(residual, tolerance)?))
+    }
+
+    /// What it came to where the first solver had the impulse at once; `None` where that is not good enough.
+    fn found_at_once(&self, mut residual: Residual, tolerance: f64) -> Option<Climbed> {
         if residual.absolute.is_nan() || residual.absolute > tolerance {
             return None;
         }
         // counted within the island
         residual.worst = (residual.absolute > 0.0).then_some(Entry::Contact(0));
-        let (solver, residual_found, stop) = (*kind, residual.absolute, Stop::Converged);
-        let stage = StageReport { solver, iterations: 1, factorisations: 0, residual: residual_found, stop };
-        let stop = Stop::Converged;
-        Some((found, Climbed { stages: vec![stage], residual, stop, strict_feasibility: None }))
+        let (solver, absolute, stop) = (self.rungs[0].0, residual.absolute, Stop::Converged);
+        let stage = StageReport { solver, iterations: 1, factorisations: 0, residual: absolute, stop };
+        let (stages, stop) = (Stages::One([stage]), Stop::Converged);
+        Some(Climbed { stages, residual, stop, strict_feasibility: None })
     }
 
     /// Solves the island that was taken out.
@@ -124,6 +153,7 @@ impl<S: Space> Ladder<S> {
             }
             if stop == Stop::Interrupted {
                 let residual = found.map_or(residual, |(residual, _)| residual);
+                let stages = stages.into();
                 return Climbed { stages, residual, stop: Stop::Interrupted, strict_feasibility };
             }
             if !is_refused && residual.absolute <= settings.tolerance {
@@ -135,7 +165,7 @@ impl<S: Space> Ladder<S> {
             let last = stages.last().map(|s| s.stop.clone()).unwrap_or(Stop::Converged);
             (residual(&part.problem, &part.impulses), last)
         });
-        Climbed { stages, residual, stop, strict_feasibility }
+        Climbed { stages: stages.into(), residual, stop, strict_feasibility }
     }
 
     /// The report of the island that was taken out, in the numbers of the whole problem.
@@ -204,9 +234,12 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
         if leaves(contact, velocities) {
             return Some((Impulse::default(), None));
         }
-        let prepared = PreparedContact::new(contact, masses);
-        let bodies = (law, velocities.as_slice());
-        let (found, climbed) = self.at_once(&prepared, bodies, &Impulse::default(), settings.tolerance)?;
+        let (found, climbed) = if contact.friction == 0.0 {
+            self.at_once_on_normal(contact, masses, velocities, settings.tolerance)?
+        } else {
+            let prepared = PreparedContact::new(contact, masses);
+            self.at_once(&prepared, (law, velocities), &Impulse::default(), settings.tolerance)?
+        };
         let moves = |k: usize| !masses[k].is_fixed();
         let report = IslandReport {
             contacts: 1,
@@ -230,7 +263,13 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
     ) -> Outcome {
         self.given.copy_from(impulses);
         self.islands.update(problem);
-        self.prepared.update(problem);
+        let normals_alone = problem.is_of_normals();
+        if normals_alone {
+            // their residual needs no rows
+            self.prepared.contacts.clear();
+        } else {
+            self.prepared.update(problem);
+        }
         let mut outcome = Outcome::nothing_to_do();
         outcome.islands.reserve(self.islands.count());
         let mut short = None;
@@ -269,7 +308,11 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
             break;
         }
         // measured anew on the whole: what the islands said of themselves is not taken on trust
-        outcome.residual = residual_in(problem, &self.prepared, impulses, &mut self.after);
+        outcome.residual = if normals_alone {
+            residual_of_normals(problem, impulses, (&mut self.rows, &mut self.after))
+        } else {
+            residual_in(problem, &self.prepared, impulses, &mut self.after)
+        };
         let asks_more = settings.impulses == ImpulseChoice::MinimumNorm && short.is_some();
         if outcome.stop == Stop::Converged && (asks_more || outcome.residual.absolute > settings.tolerance) {
             outcome.stop = short.unwrap_or(Stop::OutOfIterations);

@@ -159,7 +159,10 @@ impl<S: Geometry> Alone<S> {
             let (forces, memory) = &mut self.told;
             let id = held.contact.id;
             forces.add(&held.contact, &held.impulse, rules.dt);
-            memory.turned.push((id, held.turned.max(rules.faded * known.turned(id))));
+            let turned = held.turned.max(rules.faded * known.turned(id));
+            if turned > 0.0 {
+                memory.turned.push((id, turned));
+            }
             if !held.is_new {
                 memory.pressed.push(id);
             }

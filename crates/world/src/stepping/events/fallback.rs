@@ -57,7 +57,7 @@ impl<S: Geometry> Together<'_, S> {
     /// All contacts that may come to touch within the step, but for those of pairs that have no other contact than one of
     /// these.
     pub fn within_reach(&mut self, known: &[Touch<S>]) -> Vec<Touch<S>> {
-        let mut touches = Vec::new();
+        let mut touches = Vec::with_capacity(self.pairs.len().min(2 * self.bodies.len()));
         let settled = self.settled_pairs(known);
         for k in (0..self.pairs.len()).filter(|&k| !settled[k]) {
             let (a, b) = self.pairs[k];

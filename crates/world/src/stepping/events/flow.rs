@@ -85,7 +85,7 @@ impl<S: Geometry> Together<'_, S> {
         let mut new = active.fresh.clone();
         for (c, u) in last.problem.contacts.iter().zip(approaches) {
             // where a body turns back on a curved way nothing turns, for a moment
-            if u.abs() > self.turned(c.id) && flips(u, c.relative_velocity(&before).0, self.limits) {
+            if flips(u, c.normal_velocity(&before), self.limits) && u.abs() > self.turned(c.id) {
                 new.push(c.id);
             }
         }

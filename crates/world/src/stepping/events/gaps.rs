@@ -60,7 +60,7 @@ impl<S: Geometry> Together<'_, S> {
         for (k, contact) in problem.contacts.iter().enumerate() {
             let Some(gap) = gaps[k].filter(|_| closing[k] > 0.0) else { continue };
             let wanted = (active[k].gap - closing[k] * time).max(-self.limits.arrived);
-            let sum = contact.relative_velocity(before).0 + contact.relative_velocity(after).0;
+            let sum = contact.normal_velocity(before) + contact.normal_velocity(after);
             let off = gap - wanted;
             let held = sum - targets[k] <= self.limits.still_speed;
             if off < -self.limits.arrived || (held && off > self.limits.arrived) {

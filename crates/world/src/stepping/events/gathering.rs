@@ -13,6 +13,9 @@ use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::Rotation;
 
+/// Bodies for each in a set below which all pairs are gone through for those of the set, and not each body's own.
+const MANY: usize = 8;
+
 /// What islands that meet bring along.
 pub(super) struct Met<S: Geometry> {
     pub movers: Vec<usize>,
@@ -63,16 +66,19 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         for (slot, &i) in members.iter().enumerate() {
             self.slots[i] = slot;
         }
-        let mut pairs: Vec<usize> = Vec::new();
-        for &i in movers {
-            let mine = candidates.of_body(i).iter().copied();
-            pairs.extend(mine.filter(|&p| {
-                let (a, b) = candidates.pairs[p];
-                self.slots[a] != NONE && self.slots[b] != NONE
-            }));
-        }
-        pairs.sort_unstable();
-        pairs.dedup();
+        let is_here = |&p: &usize| {
+            let (a, b) = candidates.pairs[p];
+            self.slots[a] != NONE && self.slots[b] != NONE
+        };
+        let pairs: Vec<usize> = if MANY * movers.len() > self.bodies.len() {
+            (0..candidates.pairs.len()).filter(is_here).collect()
+        } else {
+            let all = movers.iter().flat_map(|&i| candidates.of_body(i)).copied();
+            let mut pairs: Vec<usize> = all.filter(is_here).collect();
+            pairs.sort_unstable();
+            pairs.dedup();
+            pairs
+        };
         let local = |p: &usize| {
             let (a, b) = candidates.pairs[*p];
             (self.slots[a], self.slots[b])

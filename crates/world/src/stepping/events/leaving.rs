@@ -42,6 +42,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let movers: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
         let asks = self.tools.tape.is_some() || !self.bodies.joints.is_empty();
         if asks || settings.impulses != ImpulseChoice::Any {
+            self.begin_ways();
             return movers;
         }
         let at_once = settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
@@ -60,6 +61,9 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         }
         self.keep_from_meeting(&mut passages, &mut found);
         let others: Vec<usize> = movers.iter().copied().filter(|&i| passages[i].is_none()).collect();
+        if !others.is_empty() {
+            self.begin_ways();
+        }
         let mut alone = std::mem::replace(&mut self.alone, Alone::nobody(0));
         alone.reserve(movers.len() - others.len());
         let (mut ledger, mut paid, mut fallen) = (Ledger::default(), 0.0, 0.0);

@@ -40,7 +40,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let approach = local_contact(&first, [origin, m.position[obstacle]], slot);
         let (mut masses, mut twists) = ([InverseMass::default(); 2], [Twist::default(); 2]);
         twists[slot] = before;
-        let approach = approach.relative_velocity(&twists).0;
+        let approach = approach.normal_velocity(&twists);
         let is_fresh = self.lies(&first, approach)?;
         // where the ball would be half-way at the velocity that it has, and its contact there
         let margin = 4.0 * limits.touching(ball, other) + self.reaches[pair.0] + self.reaches[pair.1];
@@ -57,7 +57,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         masses[slot].linear = ball.inverse_mass;
         masses[slot].angular = S::turned(&ball.inverse_inertia, &passage.half_turned);
         let mut contact = local_contact(&touch, [guessed, m.position[obstacle]], slot);
-        let at_start = contact.relative_velocity(&twists).0;
+        let at_start = contact.normal_velocity(&twists);
         if rules.stick == Stick::End {
             contact.target -= at_start;
         }
@@ -70,7 +70,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let after = twists[slot];
         // the place that came out has the same contact
         let middle = half_way(&after);
-        let found = again(middle, all)?;
+        let found = if middle == guessed { touch } else { again(middle, all)? };
         let arm = [contact.arm_a, contact.arm_b][slot];
         let moved = (found.point - middle - arm).norm() / (SAME_ARM * ball.extent);
         let leaned = (touch.normal - found.normal).norm() / SAME_NORMAL;
@@ -81,7 +81,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             return None;
         }
         let known = &self.common.warm.contacts;
-        let is_flipped = approach.abs() > known.turned(first.id) && flips(approach, at_start, limits);
+        let is_flipped = flips(approach, at_start, limits) && approach.abs() > known.turned(first.id);
         passage.after = after;
         passage.held = Some(all.held.len());
         all.held.push(Held {
@@ -90,7 +90,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             impulse,
             report: report.map(|r| IslandReport { first_body: i, worst: None, ..r }),
             is_new: is_fresh || is_flipped,
-            closing: at_start + contact.relative_velocity(&twists).0,
+            closing: at_start + contact.normal_velocity(&twists),
             turned: TURNED * ((arm - (first.point - origin)).norm() * after.angular.norm()),
         });
         Some(())

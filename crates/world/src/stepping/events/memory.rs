@@ -97,7 +97,10 @@ impl<S: Geometry> Together<'_, S> {
             let (normal, slip) = c.relative_velocity(after);
             let leaned = (c.normal - first.normal).norm() * (normal.abs() + slip.norm());
             let turns = turning(c.a, c.arm_a, &after[c.a]) + turning(c.b, c.arm_b, &after[c.b]) + leaned;
-            memory.turned.push((c.id, (TURNED * turns).max(faded * self.turned(c.id))));
+            let turned = (TURNED * turns).max(faded * self.turned(c.id));
+            if turned > 0.0 {
+                memory.turned.push((c.id, turned));
+            }
             if c.friction > 0.0 && self.sticks(rounds, k) {
                 memory.stuck.push(c.id);
             }

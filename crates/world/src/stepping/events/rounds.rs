@@ -393,7 +393,7 @@ impl<S: Geometry> Together<'_, S> {
             } else {
                 let mut contact = crate::assembly::contact(&self.bodies, t, *target);
                 if *stick == Stick::End {
-                    contact.target -= contact.relative_velocity(before).0;
+                    contact.target -= contact.normal_velocity(before);
                 }
                 contact
             };

@@ -169,15 +169,8 @@ pub(super) const NONE: usize = usize::MAX;
 impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
     /// A step that begins with the bodies as they are.
     pub fn new(common: &'a Common<'a, S>, bodies: &'a mut Bodies<S>, tools: Tools<'a, 'w, S>) -> Self {
-        let dt = common.limits.dt;
-        let ways = (0..bodies.len()).map(|i| {
-            let start = state(&bodies.motion, i);
-            let mut end = start;
-            end.rotation = start.rotation.then(&S::Rotation::about(start.spin * dt));
-            Way::between(0.0, dt, &start, &end, bodies.data[i].turning_arm)
-        });
         Timeline {
-            ways: ways.collect(),
+            ways: Vec::new(),
             islands: Vec::new(),
             island_of: vec![NONE; bodies.len()],
             queue: BinaryHeap::new(),
@@ -196,6 +189,19 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             tools,
             bodies,
         }
+    }
+
+    /// The ways that bodies would go by themselves, where anybody looks at ways.
+    pub(super) fn begin_ways(&mut self) {
+        let (dt, bodies) = (self.common.limits.dt, &*self.bodies);
+        self.ways.extend((0..bodies.len()).map(|i| {
+            let start = state(&bodies.motion, i);
+            let mut end = start;
+            if start.spin != S::Spin::ZERO {
+                end.rotation = start.rotation.then(&S::Rotation::about(start.spin * dt));
+            }
+            Way::between(0.0, dt, &start, &end, bodies.data[i].turning_arm)
+        }));
     }
 
     /// Takes the whole step; the islands hold its end.

@@ -191,7 +191,8 @@ impl<S: Geometry> Together<'_, S> {
 
     /// All contacts that touch.
     pub fn touches(&mut self) -> Vec<Touch<S>> {
-        let mut out = Vec::new();
+        // balls in a heap have about three each, of which two bodies share one
+        let mut out = Vec::with_capacity(self.pairs.len().min(2 * self.bodies.len()));
         for k in 0..self.pairs.len() {
             let (a, b) = self.pairs[k];
             let margin = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);

@@ -1,0 +1,185 @@
+//! W and q of the normals alone, for contacts without friction: W_ij = J_i M^-1 J_j^T over the bodies that two contacts
+//! share, q = J v - target. Contacts stand in the order in which a walk over the bodies comes to them (Cuthill and McKee
+//! 1969), so that those who share a body are near each other. Knows no method.
+
+use crate::problem::{Contact, ContactProblem};
+use carom_math::{Column, Inertia, Space};
+
+/// A contact's normal row on one of its bodies: a direction with its sign, its moment, and what the inverse inertia makes of that.
+#[derive(Clone, Copy, Debug)]
+struct Side<S: Space> {
+    body: u32,
+    direction: S::Vector,
+    moment: S::Spin,
+    turn: S::Spin,
+}
+
+/// W by rows, q, and the order of the contacts.
+#[derive(Clone, Debug, Default)]
+pub struct Normals<S: Space> {
+    /// The contact of the problem in each place.
+    pub order: Vec<u32>,
+    /// The diagonal of W \[1/kg\].
+    pub diagonal: Vec<f64>,
+    /// q \[m/s\].
+    pub velocity: Vec<f64>,
+    /// Where each row of W starts; columns are places, and one may come twice.
+    starts: Vec<u32>,
+    columns: Vec<u32>,
+    values: Vec<f64>,
+    sides: Vec<[Side<S>; 2]>,
+    /// For each body, where its contacts begin in `touching`; for none that stands.
+    bodies: Vec<u32>,
+    touching: Vec<u32>,
+    place: Vec<u32>,
+    is_seen: Vec<bool>,
+}
+
+/// No place yet.
+const NONE: u32 = u32::MAX;
+
+impl<S: Space> Normals<S> {
+    /// Takes a problem with contacts alone.
+    pub fn update(&mut self, problem: &ContactProblem<S>) {
+        self.find_touching(problem);
+        self.walk(problem, 0);
+        let farthest = self.order.last().map_or(0, |k| *k as usize);
+        self.walk(problem, farthest);
+        self.find_sides(problem);
+        self.couple();
+    }
+    /// Number of contacts.
+    pub fn count(&self) -> usize {
+        self.order.len()
+    }
+    /// A row of W off the diagonal: places and values.
+    #[inline(always)]
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
+        let row = self.starts[i] as usize..self.starts[i + 1] as usize;
+        self.columns[row.clone()].iter().zip(&self.values[row]).map(|(j, w)| (*j as usize, *w))
+    }
+    /// Entry i of W z + q.
+    #[inline(always)]
+    pub fn velocity_after(&self, i: usize, z: &[f64]) -> f64 {
+        let others: f64 = self.row(i).map(|(j, w)| w * z[j]).sum();
+        self.velocity[i] + self.diagonal[i] * z[i] + others
+    }
+
+    /// Contacts of each body that can move.
+    fn find_touching(&mut self, problem: &ContactProblem<S>) {
+        let count = problem.inverse_masses.len();
+        let moves = |body: &usize| !problem.inverse_masses[*body].is_fixed();
+        let bodies = &mut self.bodies;
+        bodies.clear();
+        bodies.resize(count + 2, 0);
+        // one place further than it begins: filling brings each to its own
+        let sides = |c: &Contact<S>| [c.a, c.b].into_iter().filter(moves);
+        problem.contacts.iter().flat_map(sides).for_each(|b| bodies[b + 2] += 1);
+        (2..count + 2).for_each(|b| bodies[b] += bodies[b - 1]);
+        self.touching.clear();
+        self.touching.resize(bodies[count + 1] as usize, 0);
+        for (k, c) in problem.contacts.iter().enumerate() {
+            for b in sides(c) {
+                self.touching[bodies[b + 1] as usize] = k as u32;
+                bodies[b + 1] += 1;
+            }
+        }
+    }
+
+    /// Puts the contacts in the order in which a walk from one comes to them.
+    fn walk(&mut self, problem: &ContactProblem<S>, from: usize) {
+        let Normals { order, place, is_seen, bodies, touching, .. } = self;
+        let count = problem.contacts.len();
+        order.clear();
+        place.clear();
+        place.resize(count, NONE);
+        is_seen.clear();
+        is_seen.resize(problem.inverse_masses.len(), false);
+        let mut next = 0;
+        for first in std::iter::once(from).chain(0..count) {
+            if place[first] != NONE {
+                continue;
+            }
+            place[first] = order.len() as u32;
+            order.push(first as u32);
+            while next < order.len() {
+                let c = &problem.contacts[order[next] as usize];
+                next += 1;
+                for b in [c.a, c.b] {
+                    if std::mem::replace(&mut is_seen[b], true) {
+                        continue;
+                    }
+                    for &k in &touching[bodies[b] as usize..bodies[b + 1] as usize] {
+                        if place[k as usize] == NONE {
+                            place[k as usize] = order.len() as u32;
+                            order.push(k);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Rows on bodies, the diagonal of W, and q.
+    fn find_sides(&mut self, problem: &ContactProblem<S>) {
+        self.sides.clear();
+        self.diagonal.clear();
+        self.velocity.clear();
+        for &k in &self.order {
+            let c = &problem.contacts[k as usize];
+            let (mut own, mut normal) = (0.0, 0.0);
+            let sides =
+                [(c.a, c.arm_a, c.normal), (c.b, c.arm_b, -c.normal)].map(|(body, arm, direction)| {
+                    let (mass, v) = (&problem.inverse_masses[body], &problem.velocities[body]);
+                    let moment = S::moment(arm, direction);
+                    let turn = mass.angular.apply(moment);
+                    own += mass.linear * direction.norm_squared() + moment.dot(turn);
+                    normal += direction.dot(v.linear) + moment.dot(v.angular);
+                    Side { body: body as u32, direction, moment, turn }
+                });
+            self.sides.push(sides);
+            self.diagonal.push(own);
+            self.velocity.push(normal - c.target);
+        }
+        // of what the couplings need, the masses go into the directions
+        for side in self.sides.as_flattened_mut() {
+            side.direction = side.direction * problem.inverse_masses[side.body as usize].linear.sqrt();
+        }
+    }
+
+    /// The rows of W.
+    fn couple(&mut self) {
+        let Normals { order, place, sides, bodies, touching, starts, columns, values, .. } = self;
+        let of_body = |b: u32| bodies[b as usize] as usize..bodies[b as usize + 1] as usize;
+        // one place further than a row begins: filling brings each to its own
+        starts.clear();
+        starts.extend([0, 0]);
+        let mut end = 0;
+        for sides in sides.iter() {
+            let others = |side: &Side<S>| of_body(side.body).len().saturating_sub(1);
+            end += others(&sides[0]) + others(&sides[1]);
+            starts.push(end as u32);
+        }
+        columns.clear();
+        columns.resize(end, 0);
+        values.clear();
+        values.resize(end, 0.0);
+        for i in 0..order.len() {
+            for mine in &sides[i] {
+                for &k in &touching[of_body(mine.body)] {
+                    let j = place[k as usize] as usize;
+                    if j <= i {
+                        continue;
+                    }
+                    let other = &sides[j][usize::from(sides[j][0].body != mine.body)];
+                    let value = mine.direction.dot(other.direction) + mine.moment.dot(other.turn);
+                    for (row, column) in [(i, j), (j, i)] {
+                        let at = starts[row + 1] as usize;
+                        (columns[at], values[at]) = (column as u32, value);
+                        starts[row + 1] += 1;
+                    }
+                }
+            }
+        }
+    }
+}
