@@ -90,6 +90,9 @@ pub struct Weights<S: Wide> {
     inverse_inertia: S::Inertias<Eight>,
 }
 
+/// Inverse masses and inverse inertias in registers.
+pub type Loaded<S, L> = (Real<L>, <S as Wide>::Inertias<Real<L>>);
+
 impl<S: Wide> Weights<S> {
     /// Of obstacles.
     pub fn none() -> Self {
@@ -97,7 +100,7 @@ impl<S: Wide> Weights<S> {
     }
     /// In registers: inverse masses and inverse inertias.
     #[inline(always)]
-    pub fn load<L: Lanes>(&self, lanes: L) -> (Real<L>, S::Inertias<Real<L>>) {
+    pub fn load<L: Lanes>(&self, lanes: L) -> Loaded<S, L> {
         let mass = Real::load(lanes, &self.inverse_mass);
         let mut inertia = S::Inertias::all(mass);
         for k in 0..<S::Inertias<f32> as Several<f32>>::LEN {

@@ -2,7 +2,7 @@
 //! its bodies' momenta, the local inverse mass is L = U^T M^-1 U; a column of it is what a unit impulse does to the
 //! local twist. Points need u_i^T L u_j, friction its own block and the block that couples it to the normal group.
 
-use super::bodies::{Eightfold, Table};
+use super::bodies::{Eightfold, Loaded, Table};
 use super::pack::{Beside, Masses, Pack};
 use carom_math::lanes::{Lanes, Real};
 use carom_math::wide::inner;
@@ -15,7 +15,7 @@ pub struct Frame<S: Wide, L: Lanes> {
     pub arm_a: S::Vectors<Real<L>>,
     pub arm_b: S::Vectors<Real<L>>,
     /// Inverse masses and inertias of bodies a and b.
-    weights: [(Real<L>, S::Inertias<Real<L>>); 2],
+    weights: [Loaded<S, L>; 2],
 }
 
 impl<S: Wide, L: Lanes> Frame<S, L> {
@@ -105,7 +105,7 @@ fn response<S: Wide, L: Lanes>(
     impulse: &S::Vectors<Real<L>>,
     moment: &S::Spins<Real<L>>,
     arm: &S::Vectors<Real<L>>,
-    (inverse_mass, inverse_inertia): &(Real<L>, S::Inertias<Real<L>>),
+    (inverse_mass, inverse_inertia): &Loaded<S, L>,
 ) -> (S::Vectors<Real<L>>, S::Spins<Real<L>>) {
     let mut torque = S::wide_moment(arm, impulse);
     for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
