@@ -60,6 +60,8 @@ pub trait Wide: Copy + Send + Sync + 'static {
     type Points<T: Plain>: Several<T>;
     /// Inverse inertia: 1 | 6 (xx, yy, zz, xy, xz, yz).
     type Inertias<T: Plain>: Several<T>;
+    /// What a patch keeps of its bodies' inverse inertias, where they are few numbers: 1 | 0.
+    type Kept<T: Plain>: Several<T>;
     /// A change of attitude: cosine and sine | quaternion, the real part first.
     type Turns<T: Plain>: Several<T>;
     /// Numbers that only precondition a patch, in pairs: 3 | 11.
@@ -141,6 +143,7 @@ impl Wide for Planar {
     type Slips<T: Plain> = [T; 1];
     type Points<T: Plain> = [T; 2];
     type Inertias<T: Plain> = [T; 1];
+    type Kept<T: Plain> = [T; 1];
     type Turns<T: Plain> = [T; 2];
     type Pairs<T: Plain> = [T; 3];
 
@@ -212,6 +215,7 @@ impl Wide for Spatial {
     type Slips<T: Plain> = [T; 2];
     type Points<T: Plain> = [T; 4];
     type Inertias<T: Plain> = [T; 6];
+    type Kept<T: Plain> = [T; 0];
     type Turns<T: Plain> = [T; 4];
     type Pairs<T: Plain> = [T; 11];
 

@@ -292,7 +292,9 @@ mod tests {
         let twice = problem.contacts[0];
         problem.contacts.push(twice);
         let mut found = Impulses::zero(&problem);
+        found.contacts.iter_mut().for_each(|g| g.normal = 0.1);
+        let given = found.clone();
         let ended = Frictionless::default().solve(&problem, (1e-13, 2000), &mut found, &mut unwatched);
-        assert!(ended.is_none() && found == Impulses::zero(&problem));
+        assert!(ended.is_none() && found == given);
     }
 }

@@ -93,6 +93,8 @@ const WORTH_ASKING: usize = 100;
 struct Goal {
     tolerance: f64,
     sweeps: usize,
+    /// Most sweeps of a stage of many.
+    patience: usize,
     factorisations: usize,
     impulses: ImpulseChoice,
     /// What will do after how many factorisations.
@@ -223,6 +225,7 @@ fn in_dimension<const D: usize>(
     let goal = Goal {
         tolerance: settings.tolerance,
         sweeps: settings.iterations.min(300),
+        patience: settings.iterations,
         factorisations: settings.factorisations,
         impulses: settings.impulses,
         content: None,
@@ -458,7 +461,7 @@ fn climb<const D: usize>(
                 ("proximal newton", proximal(solve, x, weight, most))
             }
             Rung::Early(worth) | Rung::Patient(worth) => {
-                let (end, sweeps) = patient(solve, worth);
+                let (end, sweeps) = patient(solve, (worth, goal.patience));
                 x.clone_from(&solve.best);
                 swept = sweeps;
                 ("many sweeps", end)

@@ -79,13 +79,13 @@ pub fn is_cheap<const D: usize>(solve: &Solve<'_, D>) -> bool {
     BOUT as f64 * sweep_price(solve.blocks) <= CHEAP * solve.system.price()
 }
 
-/// Sweeps from the best iterate of all stages, for at most as long as so many factorisations take. They depend on the
+/// Sweeps from the best iterate of all stages, at most so many and for as long as so many factorisations take. They depend on the
 /// order of the contacts. How many they were.
-pub fn patient<const D: usize>(solve: &mut Solve<'_, D>, worth: usize) -> (StageEnd, usize) {
+pub fn patient<const D: usize>(solve: &mut Solve<'_, D>, (worth, most): (usize, usize)) -> (StageEnd, usize) {
     let left = worth.min(solve.budget.saturating_sub(solve.system.factorisations));
     let sweeps = left as f64 * solve.system.price() / sweep_price(solve.blocks);
     let mut bouts = Bouts::begin(solve);
-    let end = bouts.run(solve, (sweeps / BOUT as f64) as usize);
+    let end = bouts.run(solve, (sweeps as usize).min(most) / BOUT);
     bouts.leave(&mut solve.pool);
     end
 }

@@ -25,12 +25,12 @@ pub struct SoftBody<S: Wide> {
 
 /// Records of all bodies, one list per use.
 pub struct Records<S: Wide> {
-    /// Velocity, spin, and what the body moved where that fits.
+    /// Velocity, spin, what the body moved where that fits, inverse mass.
     pub motion: Vec<Eight>,
     /// Displacement and change of attitude since the step began, where they do not fit beside the motion.
     pub moved: Vec<Eight>,
-    /// Inverse mass and inverse inertia.
-    weight: Vec<Eight>,
+    /// Inverse inertia.
+    inertia: Vec<Eight>,
     /// Loads of a substep.
     load: Vec<Eight>,
     /// Motion at the start of the substep before.
@@ -42,8 +42,8 @@ pub struct Records<S: Wide> {
 
 impl<S: Wide> Default for Records<S> {
     fn default() -> Self {
-        let (motion, moved, weight, load, before, start) = Default::default();
-        Records { motion, moved, weight, load, before, start, space: std::marker::PhantomData }
+        let (motion, moved, inertia, load, before, start) = Default::default();
+        Records { motion, moved, inertia, load, before, start, space: std::marker::PhantomData }
     }
 }
 
@@ -52,15 +52,21 @@ const fn freedoms<S: Wide>() -> usize {
     <S::Vectors<f32> as Several<f32>>::LEN + <S::Spins<f32> as Several<f32>>::LEN
 }
 
-/// Whether a record of the motion has room for what the body moved.
+/// Whether a record of the motion has room for what the body moved, beside its inverse mass.
 const fn moves_beside<S: Wide>() -> bool {
     let moved = <S::Vectors<f32> as Several<f32>>::LEN + <S::Turns<f32> as Several<f32>>::LEN;
-    freedoms::<S>() + moved <= WIDTH
+    freedoms::<S>() + moved < WIDTH
 }
 
 /// Where what a body moved begins in its record.
 const fn moved_at<S: Wide>() -> usize {
     if moves_beside::<S>() { freedoms::<S>() } else { 0 }
+}
+
+/// Where the inverse mass lies in a record of the motion.
+const fn mass_at<S: Wide>() -> usize {
+    let moved = <S::Vectors<f32> as Several<f32>>::LEN + <S::Turns<f32> as Several<f32>>::LEN;
+    if moves_beside::<S>() { freedoms::<S>() + moved } else { freedoms::<S>() }
 }
 
 /// Ones where a record holds velocities.
@@ -81,33 +87,10 @@ pub struct Eightfold<S: Wide, L: Lanes> {
     pub velocity: S::Vectors<Real<L>>,
     /// Angular velocities.
     pub spin: S::Spins<Real<L>>,
-}
-
-/// Inverse masses of eight bodies, as they lie in memory: packs have their own, so that a sweep gathers only what changes.
-#[derive(Clone, Copy)]
-pub struct Weights<S: Wide> {
-    inverse_mass: Eight,
-    inverse_inertia: S::Inertias<Eight>,
-}
-
-/// Inverse masses and inverse inertias in registers.
-pub type Loaded<S, L> = (Real<L>, <S as Wide>::Inertias<Real<L>>);
-
-impl<S: Wide> Weights<S> {
-    /// Of obstacles.
-    pub fn none() -> Self {
-        Weights { inverse_mass: Eight::default(), inverse_inertia: S::Inertias::all(Eight::default()) }
-    }
-    /// In registers: inverse masses and inverse inertias.
-    #[inline(always)]
-    pub fn load<L: Lanes>(&self, lanes: L) -> Loaded<S, L> {
-        let mass = Real::load(lanes, &self.inverse_mass);
-        let mut inertia = S::Inertias::all(mass);
-        for k in 0..<S::Inertias<f32> as Several<f32>>::LEN {
-            inertia[k] = Real::load(lanes, &self.inverse_inertia[k]);
-        }
-        (mass, inertia)
-    }
+    /// Inverse masses.
+    pub inverse_mass: Real<L>,
+    /// Inverse inertias.
+    pub inverse_inertia: S::Inertias<Real<L>>,
 }
 
 /// Eight bodies' changes of pose.
@@ -132,7 +115,7 @@ pub struct Table<'a, S: Wide> {
     motion: Shared<'a, Eight>,
     moved: Shared<'a, Eight>,
     before: Shared<'a, Eight>,
-    weight: &'a [Eight],
+    inertia: &'a [Eight],
     load: &'a [Eight],
     start: &'a [Eight],
     /// Records before this one are obstacles.
@@ -146,7 +129,7 @@ impl<S: Wide> Records<S> {
         for list in [
             &mut self.motion,
             &mut self.moved,
-            &mut self.weight,
+            &mut self.inertia,
             &mut self.load,
             &mut self.before,
             &mut self.start,
@@ -176,11 +159,11 @@ impl<S: Wide> Records<S> {
         load.0[d..d + a].copy_from_slice(body.spin_load.slice());
         self.before.push(motion);
         self.start.push(motion);
-        let mut weight = Eight::default();
-        let inertia = body.inverse_inertia.slice();
-        weight.0[0] = body.inverse_mass;
-        weight.0[1..=inertia.len()].copy_from_slice(inertia);
-        self.weight.push(weight);
+        let mut inertia = Eight::default();
+        let numbers = body.inverse_inertia.slice();
+        inertia.0[..numbers.len()].copy_from_slice(numbers);
+        self.inertia.push(inertia);
+        motion.0[const { mass_at::<S>() }] = body.inverse_mass;
         let (still, at) = (S::no_turn(), const { moved_at::<S>() } + d);
         let mut moved = Eight::default();
         let place = if const { moves_beside::<S>() } { &mut motion } else { &mut moved };
@@ -199,7 +182,7 @@ impl<S: Wide> Records<S> {
             motion: Shared::new(&mut self.motion),
             moved: Shared::new(&mut self.moved),
             before: Shared::new(&mut self.before),
-            weight: &self.weight,
+            inertia: &self.inertia,
             load: &self.load,
             start: &self.start,
             obstacles,
@@ -213,7 +196,7 @@ impl<S: Wide> Table<'_, S> {
     #[inline(always)]
     pub fn mean<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Eightfold<S, L> {
         let start = gather(lanes, |i| self.start[i], ids);
-        let mut bodies = self.gather(lanes, ids);
+        let mut bodies = self.gather_motion(lanes, ids, &S::Kept::all(Eight::default()));
         let half = Real::all(lanes, 0.5);
         let d = <S::Vectors<f32> as Several<f32>>::LEN;
         for (v, start) in bodies.velocity.slice_mut().iter_mut().zip(&start) {
@@ -225,9 +208,14 @@ impl<S: Wide> Table<'_, S> {
         bodies
     }
 
-    /// Velocities of eight bodies.
+    /// Velocities and inverse masses of eight bodies; of their inertias only what is kept in packs.
     #[inline(always)]
-    pub fn gather<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Eightfold<S, L> {
+    fn gather_motion<L: Lanes>(
+        &self,
+        lanes: L,
+        ids: &[u32; WIDTH],
+        kept: &S::Kept<Eight>,
+    ) -> Eightfold<S, L> {
         let rows = gather(lanes, |i| self.motion.get(i), ids);
         let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
         let mut velocity = S::Vectors::all(rows[0]);
@@ -238,18 +226,36 @@ impl<S: Wide> Table<'_, S> {
         for k in 0..a {
             spin[k] = rows[d + k];
         }
-        Eightfold { rows, velocity, spin }
+        let mut inverse_inertia = S::Inertias::all(rows[0]);
+        for k in 0..<S::Kept<f32> as Several<f32>>::LEN {
+            inverse_inertia[k] = Real::load(lanes, &kept[k]);
+        }
+        Eightfold { rows, velocity, spin, inverse_mass: rows[const { mass_at::<S>() }], inverse_inertia }
     }
 
-    /// Inverse masses of eight bodies.
+    /// Velocities and inverse masses of eight bodies, whose pack keeps this of them.
     #[inline(always)]
-    pub fn weights<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Weights<S> {
-        let rows = gather(lanes, |i| self.weight[i], ids);
-        let mut inverse_inertia = S::Inertias::all(Eight::default());
-        for k in 0..<S::Inertias<f32> as Several<f32>>::LEN {
-            inverse_inertia[k] = rows[k + 1].store();
+    pub fn gather<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH], kept: &S::Kept<Eight>) -> Eightfold<S, L> {
+        let mut bodies = self.gather_motion(lanes, ids, kept);
+        if <S::Kept<f32> as Several<f32>>::LEN < <S::Inertias<f32> as Several<f32>>::LEN {
+            let rows = gather(lanes, |i| self.inertia[i], ids);
+            let numbers = bodies.inverse_inertia.slice_mut();
+            numbers.iter_mut().zip(&rows).for_each(|(number, row)| *number = *row);
         }
-        Weights { inverse_mass: rows[0].store(), inverse_inertia }
+        bodies
+    }
+
+    /// What packs keep of eight bodies' inverse inertias, so that a sweep gathers only what changes.
+    #[inline(always)]
+    pub fn kept<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> S::Kept<Eight> {
+        let mut kept = S::Kept::all(Eight::default());
+        if <S::Kept<f32> as Several<f32>>::LEN > 0 {
+            let rows = gather(lanes, |i| self.inertia[i], ids);
+            for k in 0..<S::Kept<f32> as Several<f32>>::LEN {
+                kept[k] = rows[k].store();
+            }
+        }
+        kept
     }
 
     /// Writes velocities back. Not those of obstacles, which impulses do not change and packs of a colour share.
@@ -324,7 +330,7 @@ impl<S: Wide> Table<'_, S> {
             for (k, id) in ids.iter_mut().enumerate().take(records.end - first) {
                 *id = (first + k) as u32;
             }
-            let bodies = self.gather(lanes, &ids);
+            let bodies = self.gather_motion(lanes, &ids, &S::Kept::all(Eight::default()));
             let Moved { by, turn } = self.moved(lanes, &ids, &bodies);
             let mut angle = S::Spins::all(h);
             for k in 0..<S::Spins<f32> as Several<f32>>::LEN {

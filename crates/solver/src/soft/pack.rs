@@ -1,8 +1,7 @@
-//! Eight patches of one colour side by side, as they lie in memory: 228 bytes a patch in space, 96 in the plane.
+//! Eight patches of one colour side by side, as they lie in memory: 172 bytes a patch in space, 88 in the plane.
 //! Numbers that only precondition the sweep (masses, couplings) have eight bits of mantissa: at its fixed point all
 //! increments vanish, so they move the way there and not the answer. Coefficients, arms, gaps and impulses are f32.
 
-use super::bodies::Weights;
 use super::patch::{Patch, PatchResult};
 use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
 use carom_math::{Several, Wide};
@@ -34,8 +33,8 @@ pub struct Pack<S: Wide> {
     pub arm_a: S::Vectors<Eight>,
     /// Centres from bodies b.
     pub arm_b: S::Vectors<Eight>,
-    /// Inverse masses of bodies a and b.
-    pub weights: [Weights<S>; 2],
+    /// What is kept of the inverse inertias of bodies a and b.
+    pub inertia: [S::Kept<Eight>; 2],
     /// Coefficients of friction.
     pub friction: Eight,
     /// Torque that friction bears over the normal impulse \[m\].
@@ -94,7 +93,7 @@ impl<S: Wide> Pack<S> {
             normal,
             arm_a: S::Vectors::all(zero),
             arm_b: S::Vectors::all(zero),
-            weights: [Weights::none(); 2],
+            inertia: [S::Kept::all(zero); 2],
             friction: zero,
             twisting: zero,
             masses: S::Pairs::all(zero),

@@ -2,7 +2,7 @@
 //! its bodies' momenta, the local inverse mass is L = U^T M^-1 U; a column of it is what a unit impulse does to the
 //! local twist. Points need u_i^T L u_j, friction its own block and the block that couples it to the normal group.
 
-use super::bodies::{Eightfold, Loaded, Table};
+use super::bodies::{Eightfold, Table};
 use super::pack::{Beside, Masses, Pack};
 use carom_math::lanes::{Lanes, Real};
 use carom_math::wide::inner;
@@ -14,8 +14,6 @@ pub struct Frame<S: Wide, L: Lanes> {
     pub tangents: S::Slips<S::Vectors<Real<L>>>,
     pub arm_a: S::Vectors<Real<L>>,
     pub arm_b: S::Vectors<Real<L>>,
-    /// Inverse masses and inertias of bodies a and b.
-    weights: [Loaded<S, L>; 2],
 }
 
 impl<S: Wide, L: Lanes> Frame<S, L> {
@@ -29,8 +27,7 @@ impl<S: Wide, L: Lanes> Frame<S, L> {
             arm_a[k] = Real::load(lanes, &pack.arm_a[k]);
             arm_b[k] = Real::load(lanes, &pack.arm_b[k]);
         }
-        let weights = [pack.weights[0].load(lanes), pack.weights[1].load(lanes)];
-        Frame { normal, tangents: S::tangents(&normal), arm_a, arm_b, weights }
+        Frame { normal, tangents: S::tangents(&normal), arm_a, arm_b }
     }
 
     /// Local twist of bodies a relative to bodies b.
@@ -61,14 +58,14 @@ impl<S: Wide, L: Lanes> Frame<S, L> {
         b: &mut Eightfold<S, L>,
     ) {
         let (impulse, moment) = S::from_patch(&self.normal, &self.tangents, pressing, rubbing);
-        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_a, &self.weights[0]);
+        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_a, a);
         for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
             a.velocity[k] += v[k];
         }
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
             a.spin[k] += w[k];
         }
-        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_b, &self.weights[1]);
+        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_b, b);
         for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
             b.velocity[k] -= v[k];
         }
@@ -83,11 +80,13 @@ impl<S: Wide, L: Lanes> Frame<S, L> {
         &self,
         pressing: &S::Vectors<Real<L>>,
         rubbing: &S::Spins<Real<L>>,
+        a: &Eightfold<S, L>,
+        b: &Eightfold<S, L>,
     ) -> (S::Vectors<Real<L>>, S::Spins<Real<L>>) {
         let (impulse, moment) = S::from_patch(&self.normal, &self.tangents, pressing, rubbing);
-        let (mut v, mut w) = response::<S, L>(&impulse, &moment, &self.arm_a, &self.weights[0]);
+        let (mut v, mut w) = response::<S, L>(&impulse, &moment, &self.arm_a, a);
         let at_a = S::wide_swing(&w, &self.arm_a);
-        let (v_b, w_b) = response::<S, L>(&impulse, &moment, &self.arm_b, &self.weights[1]);
+        let (v_b, w_b) = response::<S, L>(&impulse, &moment, &self.arm_b, b);
         let at_b = S::wide_swing(&w_b, &self.arm_b);
         for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
             v[k] = (v[k] + at_a[k]) + (v_b[k] + at_b[k]);
@@ -105,7 +104,7 @@ fn response<S: Wide, L: Lanes>(
     impulse: &S::Vectors<Real<L>>,
     moment: &S::Spins<Real<L>>,
     arm: &S::Vectors<Real<L>>,
-    (inverse_mass, inverse_inertia): &Loaded<S, L>,
+    body: &Eightfold<S, L>,
 ) -> (S::Vectors<Real<L>>, S::Spins<Real<L>>) {
     let mut torque = S::wide_moment(arm, impulse);
     for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
@@ -113,9 +112,9 @@ fn response<S: Wide, L: Lanes>(
     }
     let mut velocity = *impulse;
     for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
-        velocity[k] = impulse[k] * *inverse_mass;
+        velocity[k] = impulse[k] * body.inverse_mass;
     }
-    (velocity, S::wide_turn(inverse_inertia, &torque))
+    (velocity, S::wide_turn(&body.inverse_inertia, &torque))
 }
 
 /// 1 / x, and 0 where nothing moves.
@@ -128,9 +127,10 @@ fn inverse<L: Lanes>(x: Real<L>) -> Real<L> {
 /// Effective masses of a pack, and its warm start.
 #[inline(always)]
 pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
-    pack.weights = [records.weights(lanes, &pack.a), records.weights(lanes, &pack.b)];
+    pack.inertia = [records.kept(lanes, &pack.a), records.kept(lanes, &pack.b)];
     let frame = Frame::of(lanes, pack);
-    let (mut a, mut b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
+    let (mut a, mut b) =
+        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
     let (zero, one) = (Real::all(lanes, 0.0), Real::all(lanes, 1.0));
     let (none, still) = (S::Vectors::all(zero), S::Spins::all(zero));
     let mut masses = Masses::<S, L>::zero(lanes);
@@ -139,7 +139,7 @@ pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Bes
     for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
         let mut unit = none;
         unit[m] = one;
-        let (normal, rubbing) = frame.column(&unit, &still);
+        let (normal, rubbing) = frame.column(&unit, &still, &a, &b);
         k_columns[m] = normal;
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
             masses.coupling[k][m] = rubbing[k];
@@ -149,7 +149,7 @@ pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Bes
     for m in 0..<S::Spins<f32> as Several<f32>>::LEN {
         let mut unit = still;
         unit[m] = one;
-        block[m] = frame.column(&none, &unit).1;
+        block[m] = frame.column(&none, &unit, &a, &b).1;
     }
     masses.slip = inverse(S::stiffest_slip(&block));
     let last = <S::Spins<f32> as Several<f32>>::LEN - 1;
@@ -201,7 +201,8 @@ pub fn lever<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, i: usize) -> S::Vector
 #[inline(always)]
 pub fn approach<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
     let frame = Frame::of(lanes, pack);
-    let (a, b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
+    let (a, b) =
+        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
     let (normal, _) = frame.twist(&a, &b);
     for i in 0..<S::Points<f32> as Several<f32>>::LEN {
         beside.approach[i] = inner(&lever::<S, L>(lanes, pack, i), &normal).store();

@@ -17,7 +17,8 @@ use carom_math::{Several, Wide};
 #[inline(always)]
 pub fn compress<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
     let frame = Frame::of(lanes, pack);
-    let (a, b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
+    let (a, b) =
+        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
     let (normal_twist, _) = frame.twist(&a, &b);
     let (zero, half) = (Real::all(lanes, 0.0), Real::all(lanes, 0.5));
     let restitution = Real::load(lanes, &beside.restitution);
@@ -41,7 +42,8 @@ pub fn bounce<S: Wide, L: Lanes>(
 ) {
     let points = <S::Points<f32> as Several<f32>>::LEN;
     let frame = Frame::of(lanes, pack);
-    let (mut a, mut b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
+    let (mut a, mut b) =
+        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
     let (normal_twist, _) = frame.twist(&a, &b);
     let masses = Masses::<S, L>::load(lanes, &pack.masses);
     let (zero, rest) = (Real::all(lanes, 0.0), Real::all(lanes, -rest_speed));
@@ -87,7 +89,8 @@ fn within_reach<S: Wide, L: Lanes>(
     pressing: &S::Vectors<Real<L>>,
     (pack, beside, records): (&Pack<S>, &Beside<S>, &Table<S>),
 ) -> Real<L> {
-    let (mut a, mut b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
+    let (mut a, mut b) =
+        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
     let (zero, one) = (Real::all(lanes, 0.0), Real::all(lanes, 1.0));
     frame.give(pressing, &S::Spins::all(zero), &mut a, &mut b);
     let (mut gained, _) = frame.twist(&a, &b);

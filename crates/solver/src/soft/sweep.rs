@@ -152,7 +152,8 @@ pub fn sweep<S: Wide, L: Lanes>(
     let relaxes = kind != Sweep::Springs;
     let points = <S::Points<f32> as Several<f32>>::LEN;
     let frame = Frame::of(lanes, pack);
-    let (mut a, mut b) = (records.gather(lanes, &pack.a), records.gather(lanes, &pack.b));
+    let (mut a, mut b) =
+        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
     let moved = (records.moved(lanes, &pack.a, &a), records.moved(lanes, &pack.b, &b));
     let gaps = gaps(lanes, pack, &frame, moved);
     let (mut normal_twist, mut slip_twist) = frame.twist(&a, &b);
