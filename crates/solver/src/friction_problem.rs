@@ -143,13 +143,14 @@ fn natural_map_squared<const D: usize>(
         let nearer = if x[0] < 0.0 { r[0] * inverse } else { u_hat[0] };
         return nearer * nearer;
     }
-    let (tangent, given) = (length(&x[1..]), length(&r[1..]));
-    if x[0] >= 0.0 && tangent <= friction * x[0] {
+    let (squared, normal) = (square(&x[1..]), x[0] * x[0]);
+    if x[0] >= 0.0 && squared <= friction * friction * normal {
         return square(u_hat);
     }
-    if friction * tangent <= -x[0] {
+    if x[0] <= 0.0 && friction * friction * squared <= normal {
         return square(r) * (inverse * inverse);
     }
+    let (tangent, given) = (squared.sqrt(), length(&r[1..]));
     // r - P(x) = step u_hat + g (-mu, t), g (1 + mu^2) = |x_T| - mu x_N, t = x_T / |x_T|
     let turned: f64 = r[1..].iter().zip(&u_hat[1..]).map(|(r, u)| r * u).sum();
     let longer = (step * square(&u_hat[1..]) - 2.0 * turned) / (tangent + given);
@@ -229,7 +230,7 @@ fn judged<const D: usize>(
 ) -> Measure {
     let (given, _) = problem.velocity.as_chunks::<D>();
     let (size, top) = (not_zero(length(&problem.velocity)), not_zero(largest(&problem.velocity)));
-    let strongest = impulses.iter().map(|r| length(r)).fold(1e-300, larger);
+    let strongest = impulses.iter().map(|r| square(r)).fold(0.0, larger).sqrt().max(1e-300);
     let mut m = Measure::default();
     for (i, (r, &mu)) in impulses.iter().zip(&problem.friction).enumerate() {
         let u: [f64; D] = std::array::from_fn(|k| velocity[i][k] + given[i][k]);

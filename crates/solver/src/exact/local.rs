@@ -18,9 +18,12 @@ pub struct Local<const D: usize> {
     pushed: [f64; 2],
     /// Entries (1, 1), (2, 2), (1, 2) of the inverse of the symmetric part of S; none where it is singular.
     stick: Option<[f64; 3]>,
+    /// Those entries of the symmetric part itself.
+    schur: [f64; 3],
     /// Half the difference of the entries of S off the diagonal.
     skew: f64,
-    /// Eigenvalues of the symmetric part of S, the larger first, and the axis of the larger.
+    /// Eigenvalues of the symmetric part of S, the larger first, and the axis of the larger; the axis is none until the
+    /// contact slips.
     values: [f64; 2],
     axis: [f64; 2],
     /// alpha of the last slip; 0 for none.
@@ -43,9 +46,10 @@ impl<const D: usize> Local<D> {
             turned_pulls: [0.0; 2],
             pushed: [0.0; 2],
             stick: None,
+            schur: [0.0; 3],
             skew: 0.0,
             values: [0.0; 2],
-            axis: [1.0, 0.0],
+            axis: [0.0; 2],
             alpha: 0.0,
         };
         let schur = |i: usize, j: usize| w[D * i + j] - w[D * i] * w[j] * inverse;
@@ -65,8 +69,7 @@ impl<const D: usize> Local<D> {
                 let inverse = 1.0 / determinant;
                 local.stick = Some([c * inverse, a * inverse, -h * inverse]);
             }
-            (local.values, local.axis) = eigen(a, c, h);
-            local.turned_pulls = turned(local.axis, local.pulls);
+            local.schur = [a, c, h];
         }
         local
     }
@@ -92,9 +95,28 @@ impl<const D: usize> Local<D> {
     pub fn solve_alone(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
         self.solve_by::<true, false>(b, old, LAST)
     }
+    /// An impulse that goes by a factor beyond the solution `found` from `old`, on the cone; open where either is.
+    #[inline(always)]
+    pub fn beyond(&self, found: &[f64; D], old: &[f64; D], factor: f64) -> [f64; D] {
+        let mut r = [0.0; D];
+        for k in 0..D {
+            r[k] = old[k] + factor * (found[k] - old[k]);
+        }
+        if found[0] == 0.0 || r[0] < 0.0 {
+            return [0.0; D];
+        }
+        let squared: f64 = r[1..].iter().map(|t| t * t).sum();
+        let bound = self.mu * r[0];
+        if squared > bound * bound {
+            let scale = bound / squared.sqrt();
+            r[1..].iter_mut().for_each(|t| *t *= scale);
+        }
+        r
+    }
     /// True where one solution alone is the last.
     pub fn is_symmetric(&self) -> bool {
-        self.skew.abs() <= f64::EPSILON * self.values[0]
+        // the larger eigenvalue is at least half of their sum
+        self.skew.abs() <= 0.5 * f64::EPSILON * (self.schur[0] + self.schur[1])
     }
 
     #[inline(always)]
@@ -154,7 +176,7 @@ impl<const D: usize> Local<D> {
         old: [f64; 2],
         near: f64,
     ) -> [f64; 3] {
-        let (mu, pulls, axis) = (self.mu, self.pulls, self.axis);
+        let (mu, pulls) = (self.mu, self.pulls);
         let free = -b[0] * self.inverse;
         if mu <= 0.0 {
             return [free, 0.0, 0.0];
@@ -172,6 +194,12 @@ impl<const D: usize> Local<D> {
                 return [normal, -tangent[0], -tangent[1]];
             }
         }
+        if self.axis == [0.0; 2] {
+            let [a, c, h] = self.schur;
+            (self.values, self.axis) = eigen(a, c, h);
+            self.turned_pulls = turned(self.axis, pulls);
+        }
+        let axis = self.axis;
         let (g, pulls) = (turned(axis, g), self.turned_pulls);
         let (values, alpha) = (self.values, &mut self.alpha);
         let quick =
@@ -378,5 +406,27 @@ mod tests {
             slips += usize::from(plain[0] > 0.0 && (tangent - mu * plain[0]).abs() < 1e-9 * largest);
         }
         assert!(slips > 100, "{slips}");
+    }
+
+    #[test]
+    fn beyond_a_solution_impulses_stay_on_the_cone_and_solutions_stay_where_they_are() {
+        let w = [[1.0, 0.2, 0.0], [0.2, 0.8, 0.1], [0.0, 0.1, 0.9]];
+        for seed in 0..200 {
+            let mut next = numbers(seed);
+            let mu = 0.1 + next().abs();
+            let mut local = Local::new(&w, mu);
+            let b = [next() - 0.5, 2.0 * next(), 2.0 * next()];
+            let found = local.solve(&b, &[0.0; 3]);
+            let mut old = [next().abs(), next(), next()];
+            crate::friction_problem::project_on_cone(&mut old, mu);
+            let gone = local.beyond(&found, &old, 1.2);
+            let tangent = (gone[1] * gone[1] + gone[2] * gone[2]).sqrt();
+            assert!(gone[0] >= 0.0 && tangent <= mu * gone[0] * (1.0 + 1e-15), "{seed}: {gone:?}");
+            assert!(found[0] > 0.0 || gone == [0.0; 3], "{seed}: {found:?} {gone:?}");
+            let stays = local.beyond(&found, &found, 1.2);
+            for k in 0..3 {
+                assert!((stays[k] - found[k]).abs() <= 4e-16 * found[0], "{seed}: {found:?} {stays:?}");
+            }
+        }
     }
 }

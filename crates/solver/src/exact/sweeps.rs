@@ -86,6 +86,10 @@ impl Change {
     }
 }
 
+/// Sweeps over couplings go by this factor beyond the solution of each contact: a quarter to a half fewer of them lead
+/// as far. Theory has the best factor between 1.1, where each sweep leaves two fifths of the error, and 1.5 for nine tenths.
+const RELAXATION: f64 = 1.2;
+
 /// The same where W has couplings laid out for it; impulses lie `places` numbers apart.
 struct CoupledSweep<'a, const D: usize> {
     blocks: &'a Blocks<D>,
@@ -107,7 +111,7 @@ impl<const D: usize> WithSimd for CoupledSweep<'_, D> {
             let mut old = [0.0; D];
             old.copy_from_slice(own);
             let found = local.solve_near::<S>(&b, &old);
-            own.copy_from_slice(&found);
+            own.copy_from_slice(&local.beyond(&found, &old, RELAXATION));
             change.add(norm, &found, &old);
         }
         Change { largest: change.largest.sqrt(), ..change }
@@ -289,6 +293,8 @@ impl Prices {
 
 /// Sweeps before their decay says anything.
 const LEARNING: usize = 6;
+/// An error that looks no larger than so many tolerances after them is measured: few sweeps more are needed.
+const SOON: f64 = 100.0;
 /// Sweeps between two looks at what they lead to: couplings, bodies.
 const LOOK: [usize; 2] = [4, 1];
 /// More sweeps are rare.
@@ -321,8 +327,10 @@ pub fn sweeps<const D: usize>(
         let change = if blocks.by_contact { change.largest } else { change.squared.sqrt() } / size;
         let decay = &mut memory.decay;
         decay.changes.push(change);
-        let leave = k == most || !change.is_finite() || prices.say_stop(k, decay, tolerance);
-        if !leave && decay.error() > tolerance && k < measured + k / 2 + LEARNING {
+        let over = k == most || !change.is_finite();
+        let leave = over || prices.say_stop(k, decay, tolerance);
+        let soon = k == LEARNING && decay.error() < SOON * tolerance;
+        if !(leave || soon) && decay.error() > tolerance && k < measured + k / 2 + LEARNING {
             continue;
         }
         measured = k;
@@ -338,11 +346,12 @@ pub fn sweeps<const D: usize>(
             end.1 = Ended::Interrupted;
             break;
         }
-        if leave {
-            break;
-        }
         if change > 0.0 {
             memory.decay.error_over_change = found.worst() / change;
+        }
+        // what the error is may speak for going on
+        if over || leave && prices.say_stop(k, &memory.decay, tolerance) {
+            break;
         }
     }
     r.copy_from_slice(&memory.best);
