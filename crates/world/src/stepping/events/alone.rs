@@ -126,9 +126,10 @@ impl<S: Geometry> Alone<S> {
         for (&i, v) in self.members.iter().zip(&self.velocities) {
             problem.velocities[i] = *v;
         }
-        problem.contacts.extend(self.last.problem.contacts);
-        impulses.contacts.extend(self.last.impulses.contacts);
-        touches.extend(self.last.touches);
+        let LastFlow { problem: mine, impulses: given, touches: found, .. } = self.last;
+        hand_over(&mut problem.contacts, mine.contacts);
+        hand_over(&mut impulses.contacts, given.contacts);
+        hand_over(touches, found);
         let (forces, memory) = self.told;
         warm.take_over(forces, memory);
     }
@@ -193,6 +194,15 @@ impl<S: Geometry> Alone<S> {
             report.worst = (island.residual > 0.0).then_some(pair);
         }
         report.islands.push(island);
+    }
+}
+
+/// Appends a list to another; where there is nothing yet, it takes its place.
+fn hand_over<T>(list: &mut Vec<T>, more: Vec<T>) {
+    if list.is_empty() {
+        *list = more;
+    } else {
+        list.extend(more);
     }
 }
 
