@@ -216,6 +216,7 @@ pub fn beside(alone: Option<SolveReport>, others: Option<SolveReport>) -> Option
     let iterations = alone.iterations + others.iterations;
     let stop = others.stop.clone();
     let mut islands = std::mem::take(&mut alone.islands);
+    islands.reserve_exact(others.islands.len());
     islands.append(&mut others.islands);
     let worse = if others.residual > alone.residual { others } else { alone };
     Some(SolveReport { contacts, iterations, stop, islands, ..worse })
