@@ -197,6 +197,12 @@ impl<S: Geometry> EventLog<S> {
         self.contacts.is_empty() && self.pieces.is_empty()
     }
 
+    /// An empty log that takes as many records as another without growing.
+    pub fn like(other: &Self) -> Self {
+        let (contacts, pieces) = (other.contacts.len(), other.pieces.len());
+        EventLog { contacts: Vec::with_capacity(contacts), pieces: Vec::with_capacity(pieces), acts: 0 }
+    }
+
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.contacts.clear();

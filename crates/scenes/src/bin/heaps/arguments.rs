@@ -14,6 +14,7 @@ heaps: carom's scheme events on heaps, held to energy, overlap and books in ever
   --limit S         wall-clock seconds of each task, after which it ends with what it has [none]
   --dt S            length of a step in s [bin, pour 1/240; kapla 1/60]
   --tolerance X     residual that solves aim at, over |g| dt [bin, pour 1e-7; kapla 1e-12, the default of events]
+  --asked X         residual that does where that takes long, in m/s [pour 1e-4; bin, kapla 1e-6]
   --arrivals A      at_their_moment or within_the_step [bin, pour within_the_step; kapla at_their_moment]
   --out FOLDER      folder of the results, FOLDER/MACHINE/heaps.csv [none are written]; rows of other runs stay, and
                     those of this are written every few seconds, so that a run may be stopped at any time";
@@ -30,6 +31,7 @@ pub struct Arguments {
     time: Option<f64>,
     dt: Option<f64>,
     tolerance: Option<f64>,
+    asked: Option<f64>,
     arrivals: Option<PlasticArrivals>,
 }
 
@@ -39,7 +41,7 @@ impl Arguments {
     /// # Errors
     /// What is wrong with it, or the help that was asked for.
     pub fn parse(mut words: impl Iterator<Item = String>) -> Result<Self, String> {
-        let (mut time, mut dt, mut tolerance, mut arrivals) = (None, None, None, None);
+        let (mut time, mut dt, mut tolerance, mut asked, mut arrivals) = (None, None, None, None, None);
         let (mut tasks, mut limit, mut out) = (Task::ALL.to_vec(), None, None);
         while let Some(word) = words.next() {
             let value = words.next().ok_or_else(|| HELP.to_string())?;
@@ -51,12 +53,13 @@ impl Arguments {
                 "--limit" => limit = Some(Duration::from_secs_f64(known(&value, positive)?)),
                 "--dt" => dt = Some(known(&value, positive)?),
                 "--tolerance" => tolerance = Some(known(&value, positive)?),
+                "--asked" => asked = Some(known(&value, positive)?),
                 "--arrivals" => arrivals = Some(known(&value, way)?),
                 "--out" => out = Some(value.into()),
                 _ => return Err(format!("unknown option {word}\n\n{HELP}")),
             }
         }
-        Ok(Arguments { tasks, limit, out, time, dt, tolerance, arrivals })
+        Ok(Arguments { tasks, limit, out, time, dt, tolerance, asked, arrivals })
     }
     /// How a task is to run.
     pub fn choice(&self, task: Task) -> Choice {
@@ -64,6 +67,7 @@ impl Arguments {
         Choice {
             dt: self.dt.unwrap_or(usual.dt),
             tolerance: self.tolerance.unwrap_or(usual.tolerance),
+            asked: self.asked.unwrap_or(usual.asked),
             arrivals: self.arrivals.unwrap_or(usual.arrivals),
             time: self.time.unwrap_or(usual.time),
         }
@@ -102,6 +106,7 @@ mod tests {
         for task in Task::ALL {
             let (usual, choice) = (task.usual(), given.choice(task));
             assert_eq!((choice.time, choice.dt, choice.tolerance), (2.5, usual.dt, usual.tolerance));
+            assert_eq!(choice.asked, usual.asked);
             assert_eq!(choice.arrivals, usual.arrivals);
         }
     }

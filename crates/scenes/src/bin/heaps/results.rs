@@ -8,7 +8,7 @@ use std::path::Path;
 const FILE: &str = "heaps.csv";
 /// Columns of the file; the first five say what ran.
 const COLUMNS: &str = "task,bodies,dt,tolerance,plastic_arrivals,time,seconds,cpu_seconds,cpu_per_simulated_second,\
-longest_step,steps,largest_gain,overlap_over_size,closure,fall,projection,fallback,capped_steps,fallbacks,events,impacts,residual_max,\
+longest_step,steps,largest_gain,overlap_over_size,closure,fall,projection,fallback,capped_steps,fallbacks,events,impacts,residual_asked,residual_max,\
 kinetic_end,fastest_end,rest_since,farthest,contacts_end,contacts_max,verdict";
 /// Columns that a run is known by.
 const KEY: usize = 5;
@@ -58,7 +58,7 @@ pub fn lines(m: &Measurement) -> String {
     let overlap = &m.overlap.value;
     let or_dash = |x: Option<f64>, digits: usize| x.map_or("-".into(), |x| format!("{x:.digits$}"));
     format!(
-        "{}: {} bodies, dt {:.5} s, tolerance {:e}, plastic arrivals {}\n  \
+        "{}: {} bodies, dt {:.5} s, tolerance {:e}, {:e} m/s asked, plastic arrivals {}\n  \
          {:.3} s simulated in {} steps; {:.1} s, {} s on the processor: {:.2} a simulated second, {:.2} the longest step ({})\n  \
          largest gain {:.1e} E0 (step {}), closure {:.1e} E0, projection {:.1e} E0, fallback {:.1e} E0; falls to {:.1e} m\n  \
          deepest overlap {:.1e} of the size, {:.1e} m (step {}, bodies {:?})\n  \
@@ -68,6 +68,7 @@ pub fn lines(m: &Measurement) -> String {
         m.bodies,
         m.choice.dt,
         m.choice.tolerance,
+        m.choice.asked,
         arrivals(m),
         m.time,
         m.steps,
@@ -126,6 +127,7 @@ fn row(m: &Measurement) -> String {
         m.events.fallbacks.to_string(),
         (m.events.arrivals + m.events.slip_stops).to_string(),
         m.events.impacts.to_string(),
+        format!("{:e}", m.choice.asked),
         exact(m.residual),
         exact(m.kinetic),
         exact(m.fastest),

@@ -27,6 +27,11 @@ const ROUNDS: usize = 8;
 const FLOW_ROUNDS: usize = 100;
 /// Rounds of a flow after which one looks for contacts that come in: places are known to a thousandth of the way then.
 const LOOK: usize = 2;
+/// How near bodies with corners may be at a flow's end that come in with those that overlap there, over |g| tau^2 \[1\].
+const NEAR: f64 = 1.0;
+/// Overlap of bodies with corners at a flow's end, over |g| tau^2 \[1\], up to which a contact that did not act is left to
+/// the next step, and the overlap to projection: features come and go, and each that came in would ask for all rounds anew.
+const LEFT: f64 = 0.01;
 /// How much nearer than freely bodies may come over |g| tau^2, where contacts hold one and not the other \[1\].
 pub(super) const HELD: f64 = 1.0;
 
@@ -145,12 +150,14 @@ impl<S: Geometry> Together<'_, S> {
         let Rounds { start, before, after, time, active, .. } = rounds;
         let middle = self.bodies.motion.clone();
         self.bring_to_end(&start.position, before, after, *time);
+        let fallen = self.settings.gravity.norm() * time * time;
         let fares_anew = |i: usize| seen.get(i) != Some(&after[i]);
         let mut found = Vec::new();
         for k in (0..self.pairs.len()).filter(|&k| !known[k]) {
             let (a, b) = self.pairs[k];
             if fares_anew(a) || fares_anew(b) {
-                self.find((a, b), 0.0, &mut found);
+                let margin = if self.turns_on_corners((a, b)) { NEAR * fallen } else { 0.0 };
+                self.find((a, b), margin, &mut found);
             }
         }
         seen.clone_from(after);
@@ -158,11 +165,24 @@ impl<S: Geometry> Together<'_, S> {
             // what bounces has a moment of its own on the way, though it may be through the other body by the end
             let slow = self.limits.rest_speed_of(t.restitution).max(self.limits.still_speed);
             let plastic = t.restitution == 0.0 || normal_velocity(&self.bodies, t).abs() <= slow;
-            plastic && t.gap < -self.limits.arrived && active.names.binary_search(&t.id).is_err()
+            plastic && active.names.binary_search(&t.id).is_err()
         });
+        let missed: Vec<&Touch<S>> = missed.collect();
+        let overlaps = |t: &Touch<S>| {
+            let left = if self.turns_on_corners((t.a, t.b)) { LEFT * fallen } else { 0.0 };
+            t.gap < -left.max(self.limits.arrived)
+        };
+        // where some come in, others will once these are slowed
+        let any = missed.iter().any(|t| overlaps(t));
+        let missed = missed.into_iter().filter(|_| any);
         let missed = missed.map(|t| self.back_at_start(t, start, *time)).collect();
         self.bodies.motion.copy_from(&middle);
         missed
+    }
+
+    /// True where a body of a pair is no ball.
+    fn turns_on_corners(&self, (a, b): (usize, usize)) -> bool {
+        self.bodies.data[a].turning_arm > 0.0 || self.bodies.data[b].turning_arm > 0.0
     }
 
     /// Plastic contacts that do not act in a flow, come in on its way and are gone by its end, as they were where it began:

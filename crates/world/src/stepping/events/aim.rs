@@ -8,7 +8,9 @@ use carom_solver::{
 };
 
 /// Factorisations after which a solve is content with the run's tolerance.
-const AIM: usize = 60;
+pub const AIM: usize = 60;
+/// The same in heaps, whose solves are many and large, and whose motion is known to a step's length anyway.
+pub const AIM_IN_HEAPS: usize = 12;
 
 /// A solver that tries no harder than it must.
 pub struct Aiming<'a, S: Geometry> {
@@ -16,6 +18,8 @@ pub struct Aiming<'a, S: Geometry> {
     pub solver: &'a mut dyn ImpulseSolver<S>,
     /// Residual that is good enough where the one that is asked for takes long \[m/s\]; infinite where any is.
     pub enough: f64,
+    /// Factorisations after which that is what is asked for.
+    pub after: usize,
 }
 
 impl<S: Geometry> ImpulseSolver<S> for Aiming<'_, S> {
@@ -40,7 +44,7 @@ impl<S: Geometry> ImpulseSolver<S> for Aiming<'_, S> {
             return self.solver.solve_watched(problem, settings, impulses, watch);
         }
         let enough = self.enough.max(settings.tolerance);
-        let content = Content { after: AIM, tolerance: enough };
+        let content = Content { after: self.after, tolerance: enough };
         let asked = SolveSettings { content: Some(content), ..*settings };
         let outcome = self.solver.solve_watched(problem, &asked, impulses, watch);
         let left = settings.factorisations.saturating_sub(outcome.factorisations);
@@ -107,7 +111,12 @@ mod tests {
             content: None,
         };
         let mut given = Impulses::zero(&problem);
-        Aiming { solver: &mut hasty, enough }.solve_watched(&problem, &settings, &mut given, &mut unwatched);
+        Aiming { solver: &mut hasty, enough, after: AIM }.solve_watched(
+            &problem,
+            &settings,
+            &mut given,
+            &mut unwatched,
+        );
         hasty.0
     }
 

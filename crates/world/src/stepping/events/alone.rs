@@ -126,9 +126,10 @@ impl<S: Geometry> Alone<S> {
         for (&i, v) in self.members.iter().zip(&self.velocities) {
             problem.velocities[i] = *v;
         }
-        problem.contacts.extend(self.last.problem.contacts);
-        impulses.contacts.extend(self.last.impulses.contacts);
-        touches.extend(self.last.touches);
+        let LastFlow { problem: mine, impulses: given, touches: found, .. } = self.last;
+        hand_over(&mut problem.contacts, mine.contacts);
+        hand_over(&mut impulses.contacts, given.contacts);
+        hand_over(touches, found);
         let (forces, memory) = self.told;
         warm.take_over(forces, memory);
     }
@@ -196,6 +197,15 @@ impl<S: Geometry> Alone<S> {
     }
 }
 
+/// Appends a list to another; where there is nothing yet, it takes its place.
+fn hand_over<T>(list: &mut Vec<T>, more: Vec<T>) {
+    if list.is_empty() {
+        *list = more;
+    } else {
+        list.extend(more);
+    }
+}
+
 /// The report of a flow that bodies which are alone share with others.
 pub fn beside(alone: Option<SolveReport>, others: Option<SolveReport>) -> Option<SolveReport> {
     let (mut alone, mut others) = match (alone, others) {
@@ -206,6 +216,7 @@ pub fn beside(alone: Option<SolveReport>, others: Option<SolveReport>) -> Option
     let iterations = alone.iterations + others.iterations;
     let stop = others.stop.clone();
     let mut islands = std::mem::take(&mut alone.islands);
+    islands.reserve_exact(others.islands.len());
     islands.append(&mut others.islands);
     let worse = if others.residual > alone.residual { others } else { alone };
     Some(SolveReport { contacts, iterations, stop, islands, ..worse })

@@ -26,6 +26,13 @@ pub struct Cluster {
     pub off: f64,
     /// Residual that the last round was solved to \[m/s\].
     pub tolerance: f64,
+    /// The least error of its places that a round has come to, over what may be \[1\], and how many rounds since did not
+    /// come well below it.
+    pub least: Option<f64>,
+    /// See `least`.
+    pub stalled: usize,
+    /// True when the round that was taken is its last.
+    pub is_last: bool,
     /// True when it needs no more rounds.
     pub settled: bool,
     /// True where something turns on corners or edges.
@@ -67,8 +74,8 @@ impl Clusters {
         Clusters { all, of_contact: Vec::new(), of_body, jointed, iterations: 0 }
     }
 
-    /// Takes in contacts that come after so many known ones; what they join begins anew, the rest stays as it is.
-    pub fn join<S: Geometry>(&mut self, touches: &[Touch<S>], known: usize, moves: impl Fn(usize) -> bool) {
+    /// Takes in contacts that come after those it knows; what they join begins anew, the rest stays as it is.
+    pub fn join<S: Geometry>(&mut self, touches: &[Touch<S>], moves: impl Fn(usize) -> bool) {
         if self.jointed {
             self.of_contact.resize(touches.len(), 0);
             self.all[0] = Cluster::default();
@@ -78,6 +85,7 @@ impl Clusters {
         sets.reset(self.of_body.len());
         touches.iter().filter(|t| moves(t.a) && moves(t.b)).for_each(|t| sets.join(t.a, t.b));
         let mut old = std::mem::take(&mut self.all);
+        let stalled: Vec<usize> = old.iter().map(|c| c.stalled).collect();
         let before = std::mem::take(&mut self.of_contact);
         self.of_body.fill(NONE);
         for (k, t) in touches.iter().enumerate() {
@@ -88,8 +96,13 @@ impl Clusters {
                 self.all.push(before.get(k).map_or_else(Cluster::default, |&c| std::mem::take(&mut old[c])));
             }
             let cluster = self.of_body[root];
-            if k >= known {
-                self.all[cluster] = Cluster::default();
+            match before.get(k) {
+                Some(&c) => self.all[cluster].stalled = self.all[cluster].stalled.max(stalled[c]),
+                // features that came and went go on doing so
+                None => {
+                    self.all[cluster] =
+                        Cluster { stalled: self.all[cluster].stalled.min(1), ..Cluster::default() }
+                }
             }
             self.of_contact.push(cluster);
         }
@@ -233,7 +246,7 @@ impl<S: Geometry> Together<'_, S> {
     ) -> Result<Outcome, Halt> {
         let is_last = settings.tolerance <= self.limits.tolerance;
         let enough = if is_last { self.settings.tolerance } else { f64::INFINITY };
-        let mut aiming = Aiming { solver: &mut *tools.solver, enough };
+        let mut aiming = Aiming { solver: &mut *tools.solver, enough, after: self.limits.aim };
         let outcome = aiming.solve_watched(problem, settings, impulses, tools.watch);
         if matches!(outcome.stop, Stop::Interrupted | Stop::Refused(_)) {
             let worst = assembly::bodies_of(problem, outcome.residual.worst);
@@ -263,10 +276,9 @@ impl<S: Geometry> Part<S> {
         let mut impulses = Impulses::zero(&problem);
         let contacts: Vec<usize> =
             (0..whole.contacts.len()).filter(|&k| chosen[clusters.of_contact[k]]).collect();
-        for &k in &contacts {
-            problem.contacts.push(whole.contacts[k]);
-            impulses.contacts.push(last.impulses.contacts[k]);
-        }
+        problem.contacts.extend(contacts.iter().map(|&k| whole.contacts[k]));
+        impulses.contacts.clear();
+        impulses.contacts.extend(contacts.iter().map(|&k| last.impulses.contacts[k]));
         let mut resistances = Vec::new();
         for (k, r) in whole.resistances.iter().enumerate() {
             if let Ok(contact) = contacts.binary_search(&r.contact) {

@@ -122,7 +122,8 @@ impl<S: Geometry> Together<'_, S> {
         tools.impacts.accounts = Accounts::new(self.bodies.len(), self.accounts.are_kept());
         let mut settings = self.settings.clone();
         settings.tolerance = limits.tolerance;
-        let mut aiming = Aiming { solver: &mut *tools.solver, enough: self.settings.tolerance };
+        let (enough, after) = (self.settings.tolerance, limits.aim);
+        let mut aiming = Aiming { solver: &mut *tools.solver, enough, after };
         let mut watched = Watched { solver: &mut aiming, watch: &mut *tools.watch };
         let report = tools.impacts.resolve(
             &mut self.bodies,

@@ -47,6 +47,12 @@ impl<S: Geometry> Together<'_, S> {
         gaps
     }
 
+    /// Error of a gap at a flow's end that needs no correction \[m\].
+    fn kept(&self, t: &Touch<S>) -> f64 {
+        let data = &self.bodies.data;
+        self.limits.kept_of(data[t.a].extent.min(data[t.b].extent))
+    }
+
     /// Corrects the targets of a flow so that gaps at its end are what they shall be; the errors corrected \[m\].
     pub fn keep_gaps(
         &self,
@@ -60,10 +66,11 @@ impl<S: Geometry> Together<'_, S> {
         for (k, contact) in problem.contacts.iter().enumerate() {
             let Some(gap) = gaps[k].filter(|_| closing[k] > 0.0) else { continue };
             let wanted = (active[k].gap - closing[k] * time).max(-self.limits.arrived);
+            let kept = self.kept(&active[k]);
             let sum = contact.normal_velocity(before) + contact.normal_velocity(after);
             let off = gap - wanted;
             let held = sum - targets[k] <= self.limits.still_speed;
-            if off < -self.limits.arrived || (held && off > self.limits.arrived) {
+            if off < -kept || (held && off > kept) {
                 // never apart: a row that closes takes energy, and what it leaves is projected
                 targets[k] = (sum - 2.0 * off / time).min(0.0);
                 corrected[k] = off.abs();

@@ -1,7 +1,8 @@
 //! Speeds and lengths that the scheme tells things apart by, for one step.
 
+use super::aim::{AIM, AIM_IN_HEAPS};
 use crate::bodies::{Bodies, BodyData};
-use crate::settings::Settings;
+use crate::settings::{PlasticArrivals, Settings};
 use carom_geometry::Geometry;
 use carom_math::Column;
 
@@ -14,6 +15,8 @@ const STILL: f64 = 1e-11;
 const COLLAPSE: f64 = 1e-8;
 /// Gap over a pair's size at which bodies have met \[1\].
 const ARRIVED: f64 = 1e-12;
+/// Error of a gap that is left where it closes, over the overlap that is projected away \[1\].
+const KEPT: f64 = 0.25;
 /// Events of a body after which its group takes the rest of the step at once, at least.
 const CAP: usize = 2048;
 
@@ -37,6 +40,8 @@ pub struct Limits {
     touching: f64,
     overlap: f64,
     cap: Option<usize>,
+    /// Factorisations after which a solve is content with the run's tolerance.
+    pub aim: usize,
     /// Stops of slipping contacts that end a flow.
     pub slip_stops: usize,
 }
@@ -71,6 +76,7 @@ impl Limits {
             touching: events.touching,
             overlap: events.overlap,
             cap: events.cap,
+            aim: if events.plastic_arrivals == PlasticArrivals::WithinTheStep { AIM_IN_HEAPS } else { AIM },
             slip_stops: events.slip_stops,
         }
     }
@@ -90,6 +96,11 @@ impl Limits {
     /// Overlap of two bodies that is projected away \[m\].
     pub fn overlap<S: Geometry>(&self, a: &BodyData<S>, b: &BodyData<S>) -> f64 {
         (self.overlap * a.extent.min(b.extent)).max(8.0 * self.rounding)
+    }
+    /// Error of a gap of corners and edges at the end of a flow in which it closes that is left \[m\], for bodies of a size
+    /// \[m\]: well within what is projected away.
+    pub fn kept_of(&self, size: f64) -> f64 {
+        (KEPT * self.overlap * size).max(self.arrived)
     }
     /// Error of a joint over its size that is projected away \[1\].
     pub fn torn(&self) -> f64 {

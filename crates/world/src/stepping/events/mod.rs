@@ -199,6 +199,8 @@ impl<S: Geometry> EventsScheme<S> {
                 tape: tape.as_deref_mut(),
             };
             let mut timeline = Timeline::new(&common, bodies, tools);
+            // about as much happens as in the step before
+            timeline.log = EventLog::like(&self.log);
             let outgrown = match timeline.run() {
                 Ok(()) => {
                     let Timeline {

@@ -10,6 +10,7 @@ use super::joints::{self, Held};
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::bodies::Motion;
 use crate::narrow_phase::Touch;
+use crate::settings::PlasticArrivals;
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::{Contact, ContactProblem, Impulse, Twist};
@@ -19,8 +20,12 @@ use carom_solver::{Contact, ContactProblem, Impulse, Twist};
 const MOST: usize = 100;
 /// The same where corners and edges take part: features that come and go may never agree.
 const MOST_ON_CORNERS: usize = 12;
-/// Rounds after which a change as small as solves leave it will do.
+/// Rounds after which a change as small as solves leave it will do; corners and edges in heaps need none.
 const LONG: usize = 12;
+/// In heaps, the error of places over the least so far above which a round of corners and edges has come no nearer \[1\].
+const NEARER: f64 = 0.3;
+/// Rounds there without coming nearer after which the next is the last.
+const STALLED: usize = 2;
 /// Change of a normal that the rounds of balls may leave when there were enough; a flow that leaves more is too long \[1\].
 const LOOSE: f64 = 1e-9;
 /// Change of a unit normal below which the round is the last \[1\].
@@ -63,6 +68,32 @@ pub struct Rounds<S: Geometry> {
     first: bool,
     /// True where balls squeeze past each other in so long a flow that their places did not come out.
     pub is_loose: bool,
+}
+
+impl Cluster {
+    /// Most rounds that it may take.
+    fn most(&self, jointed: bool) -> usize {
+        match (jointed, self.angular) {
+            (true, _) => joints::ROUNDS,
+            (false, true) => MOST_ON_CORNERS,
+            (false, false) => MOST,
+        }
+    }
+
+    /// True where the round to come ends its rounds: it has taken many, or features that come and go keep its places from
+    /// coming nearer.
+    fn is_last_to_take(&self, jointed: bool) -> bool {
+        let stalls = !jointed && self.angular && self.stalled >= STALLED;
+        stalls || self.taken + 1 >= self.most(jointed)
+    }
+
+    /// Takes in the error of its places that a round came to, over what may be.
+    fn watch(&mut self, error: f64) {
+        if let Some(least) = self.least {
+            self.stalled = if error > NEARER * least { self.stalled + 1 } else { 0 };
+        }
+        self.least = Some(self.least.map_or(error, |least| least.min(error)));
+    }
 }
 
 impl<S: Geometry> Together<'_, S> {
@@ -130,7 +161,7 @@ impl<S: Geometry> Together<'_, S> {
             rounds.touches.push(*t);
         }
         let moves = |i: usize| self.bodies.is_dynamic(i);
-        rounds.clusters.join(&rounds.active.touches, known, moves);
+        rounds.clusters.join(&rounds.active.touches, moves);
         let (closing, corners) = (&rounds.active.closing, self.turning_corners(&rounds.active.touches));
         for (k, corner) in corners.into_iter().enumerate() {
             let cluster = rounds.clusters.of_contact_mut(k);
@@ -187,12 +218,7 @@ impl<S: Geometry> Together<'_, S> {
     /// Takes a round; true when all is settled.
     pub fn round(&mut self, rounds: &mut Rounds<S>, tools: &mut Tools<S>) -> Result<bool, Halt> {
         let jointed = rounds.jointed;
-        let most = |c: &Cluster| match (jointed, c.angular) {
-            (true, _) => joints::ROUNDS,
-            (false, true) => MOST_ON_CORNERS,
-            (false, false) => MOST,
-        };
-        for cluster in rounds.clusters.all.iter_mut().filter(|c| !c.settled && c.taken >= most(c)) {
+        for cluster in rounds.clusters.all.iter_mut().filter(|c| !c.settled && c.is_last) {
             cluster.settled = true;
             rounds.is_loose |= !jointed && !cluster.angular && cluster.change * SAME_NORMAL > LOOSE;
         }
@@ -215,8 +241,8 @@ impl<S: Geometry> Together<'_, S> {
             return Ok(true); // the same arms, at the places that came out
         }
         for cluster in rounds.clusters.all.iter_mut().filter(|c| !c.settled) {
-            let is_last = cluster.taken + 1 == most(cluster);
-            let enough = is_last || rounds.jointed;
+            cluster.is_last = cluster.is_last_to_take(jointed);
+            let enough = cluster.is_last || jointed;
             cluster.tolerance = if enough { 0.0 } else { self.tolerance_of(cluster, rounds.time) };
             cluster.tolerance = cluster.tolerance.max(self.limits.tolerance);
             cluster.taken += 1;
@@ -258,19 +284,23 @@ impl<S: Geometry> Together<'_, S> {
             };
             cluster.change = cluster.change.max(change);
         }
-        let noise = self.noise(rounds.time);
+        let smallest = self.movers().map(|i| self.bodies.data[i].extent).fold(f64::INFINITY, f64::min);
+        let (noise, kept) = (self.noise(rounds.time, smallest), self.limits.kept_of(smallest));
+        let is_heap = self.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
         for c in &mut rounds.clusters.all {
             let as_asked = c.taken > 0 && c.tolerance <= self.limits.tolerance;
-            let least = if c.taken < LONG { 1.0 } else { noise };
-            c.settled |= as_asked && c.off == 0.0 && joints_settled && c.change <= least;
+            let in_heap = is_heap && c.angular;
+            let enough = if in_heap || c.taken >= LONG { noise } else { 1.0 };
+            c.settled |= as_asked && c.off == 0.0 && joints_settled && c.change <= enough;
+            if in_heap && c.taken > 0 {
+                c.watch((c.change / enough).max(c.off / kept));
+            }
         }
     }
 
-    /// What the residual that solves may leave makes of the change of normals over a flow \[1\]: no sequence comes to less
-    /// but by chance.
-    fn noise(&self, time: f64) -> f64 {
-        let sizes = self.movers().map(|i| self.bodies.data[i].extent);
-        let smallest = sizes.fold(f64::INFINITY, f64::min);
+    /// What the residual that solves may leave makes of the change of normals over a flow, for the smallest body's size
+    /// \[m\], over what may be \[1\]: no sequence comes to less but by chance.
+    fn noise(&self, time: f64, smallest: f64) -> f64 {
         (self.limits.tolerance * time / (smallest * SAME_NORMAL)).max(1.0)
     }
 

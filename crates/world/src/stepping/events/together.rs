@@ -288,7 +288,7 @@ impl<S: Geometry> Together<'_, S> {
         let solve = SolveSettings { tolerance, ..self.settings.solve() };
         let is_last = tolerance <= self.limits.tolerance;
         let enough = if is_last { self.settings.tolerance } else { f64::INFINITY };
-        let outcome = Aiming { solver: &mut *tools.solver, enough }.solve_watched(
+        let outcome = Aiming { solver: &mut *tools.solver, enough, after: self.limits.aim }.solve_watched(
             problem,
             &solve,
             impulses,
