@@ -5,7 +5,7 @@
 
 use crate::core_spatial::{Round, SpatialCore};
 use crate::gjk::{Outcome, nearest};
-use crate::kernel::Separation;
+use crate::kernel::{Guess, Separation};
 use crate::separate::{Pair, ROUNDING, apart, label_of};
 use carom_math::{Column, Space, Spatial, Vec3, vec3};
 use std::cell::Cell;
@@ -30,10 +30,11 @@ enum Meets {
 impl Pair<'_> {
     /// The direction of the largest s(n) when at least one core is curved; the best of a few local bests where they
     /// overlap.
-    pub fn curved(&self, reach: f64) -> Option<Separation<Spatial>> {
+    pub fn curved(&self, reach: f64, guess: &mut Guess<Spatial>) -> Option<Separation<Spatial>> {
         let support = |d| self.corner(d, Vec3::ZERO);
         let outcome = nearest(&support, self.between_centers(), reach, self.scale);
-        if matches!(outcome, Outcome::Beyond) {
+        if let Outcome::Beyond(direction) = outcome {
+            *guess = direction.normalized();
             return None;
         }
         let best = self.best_candidate();

@@ -117,6 +117,15 @@ pub trait Geometry: Space {
         margin: f64,
         out: &mut Vec<ContactPoint<Self>>,
     );
+    /// The same, bit by bit, for who looks at a pair again and again: `guess` is what the time before left, a direction from
+    /// b to a in a's frame, or none. It takes work off the search while the pair has hardly moved.
+    fn contacts_near(
+        a: (&Self::Collider, &Pose<Self>),
+        b: (&Self::Collider, &Pose<Self>),
+        margin: f64,
+        guess: &mut Option<Self::Vector>,
+        out: &mut Vec<ContactPoint<Self>>,
+    );
     /// True where two shapes touch in one point at most, wherever they are: balls with balls and with walls. Whoever knows
     /// that contact need not look for another.
     fn touch_once(a: &Self::Collider, b: &Self::Collider) -> bool;

@@ -59,6 +59,10 @@ pub struct Separation<S: Space> {
     pub label: Label,
 }
 
+/// A direction along which two shapes were farthest apart, or overlapped least, when they were last looked at: a unit vector in
+/// a's frame, from b to a.
+pub type Guess<S> = Option<<S as Space>::Vector>;
+
 /// One place where two cores may touch, in a's frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch<S: Space> {
@@ -127,12 +131,14 @@ pub trait Kernel: Space {
     /// The points that the inside of a ball about `from` would meet first: all corners, and the farthest points of rims,
     /// with their names.
     fn corners(core: &Self::Core, from: Self::Vector, out: &mut Ring<Self>);
-    /// The largest s(n), or `None` when it exceeds `reach` \[m\].
+    /// The largest s(n), or `None` when it exceeds `reach` \[m\]. A `guess` at its direction n, a unit vector or none, takes
+    /// work off the search and no bit of its answer is another; it is left as a guess for the next time.
     fn separation(
         a: &Self::Core,
         b: &Self::Core,
         b_in_a: &Pose<Self>,
         reach: f64,
+        guess: &mut Guess<Self>,
     ) -> Option<Separation<Self>>;
     /// Where the faces of the two cores overlap as seen along `found.normal`, gaps up to `reach`, in place of what
     /// `out` held.

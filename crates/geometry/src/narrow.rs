@@ -6,7 +6,7 @@ use crate::balls::{Ball, ball_on_wall, two_balls};
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::few::Few;
 use crate::geometry::ContactPoint;
-use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touches, mix, scale};
+use crate::kernel::{Guess, Kernel, Label, NONE, Ring, Separation, Swept, Touches, mix, scale};
 use crate::spread::{Places, spread};
 use crate::surface::Verdict;
 use crate::wall::{Facing, Wall};
@@ -38,13 +38,14 @@ struct Found<'a, S: Kernel> {
     smallest: f64,
 }
 
-/// Appends the contact points of two posed colliders with gaps up to `margin` \[m\].
+/// Appends the contact points of two posed colliders with gaps up to `margin` \[m\]; two convex ones use a guess.
 pub(crate) fn contacts<S: Kernel>(
     a: &Collider<S>,
     pose_a: &Pose<S>,
     b: &Collider<S>,
     pose_b: &Pose<S>,
     margin: f64,
+    guess: &mut Guess<S>,
     out: &mut Vec<ContactPoint<S>>,
 ) {
     if let Some(known) = of_balls((a, pose_a), (b, pose_b), margin) {
@@ -57,7 +58,7 @@ pub(crate) fn contacts<S: Kernel>(
             return;
         }
     }
-    by_pieces(a, pose_a, b, pose_b, margin, out);
+    by_pieces(a, pose_a, b, pose_b, margin, guess, out);
 }
 
 /// The same, piece by piece.
@@ -67,6 +68,7 @@ fn by_pieces<S: Kernel>(
     b: &Collider<S>,
     pose_b: &Pose<S>,
     margin: f64,
+    guess: &mut Guess<S>,
     out: &mut Vec<ContactPoint<S>>,
 ) {
     let first = out.len();
@@ -77,7 +79,7 @@ fn by_pieces<S: Kernel>(
             let piece =
                 |core, radius, pose: &Pose<S>| Piece { core, radius, pose: *pose, facet: None, name: 0 };
             let (a, b) = (piece(core_a, *radius_a, pose_a), piece(core_b, *radius_b, pose_b));
-            found.pieces(&a, &b);
+            found.pieces(&a, &b, guess);
         }
         (of_a, of_b) => match (Wall::of(of_a, pose_a), Wall::of(of_b, pose_b)) {
             (_, Some(wall)) => found.wall(a, pose_a, 0, &wall, false),
@@ -136,18 +138,18 @@ impl<S: Kernel> Found<'_, S> {
                 };
                 leaves(b, pose_b, 0, &Query { box_in: &box_of_a, limit: &limit }, &mut |leaf| match leaf {
                     Leaf::Wall(wall, _) => self.piece_on_wall(a, &wall, false),
-                    Leaf::Piece(b) => self.pieces(a, b),
+                    Leaf::Piece(b) => self.pieces(a, b, &mut None),
                 });
             }
         });
     }
 
     /// Contacts of two convex pieces.
-    fn pieces(&mut self, a: &Piece<S>, b: &Piece<S>) {
+    fn pieces(&mut self, a: &Piece<S>, b: &Piece<S>, guess: &mut Guess<S>) {
         let place = a.pose.inverse().compose(&b.pose);
         let radii = a.radius + b.radius;
         let reach = self.margin + radii;
-        let Some((found, witnessed, smallest)) = direction(a, b, &place, reach) else { return };
+        let Some((found, witnessed, smallest)) = direction(a, b, &place, reach, guess) else { return };
         if found.gap > reach {
             return;
         }
@@ -246,6 +248,7 @@ fn direction<S: Kernel>(
     b: &Piece<S>,
     place: &Pose<S>,
     reach: f64,
+    guess: &mut Guess<S>,
 ) -> Option<(Separation<S>, bool, f64)> {
     let along = |normal| S::along(a.core, b.core, place, normal);
     let (of_a, of_b) = (|d: S::Vector| -d, |d: S::Vector| place.rotation.rotate(d));
@@ -260,7 +263,7 @@ fn direction<S: Kernel>(
         let (found, witnessed) = turned(a, b, place, along(normal), slack());
         return Some((found, witnessed, found.gap));
     }
-    let found = S::separation(a.core, b.core, place, reach)?;
+    let found = S::separation(a.core, b.core, place, reach, guess)?;
     let mut best = (found, true);
     if let Some(facet) = b.facet {
         match facet.judge(place.rotation.unrotate(found.normal), &|d| along(of_b(d)).gap) {
@@ -373,8 +376,8 @@ mod tests {
     fn agree<S: Kernel>(a: &Collider<S>, b: &Collider<S>, poses: [Pose<S>; 2], margin: f64) -> usize {
         let [pose_a, pose_b] = poses;
         let (mut one, mut other) = (Vec::new(), Vec::new());
-        contacts(a, &pose_a, b, &pose_b, margin, &mut one);
-        by_pieces(a, &pose_a, b, &pose_b, margin, &mut other);
+        contacts(a, &pose_a, b, &pose_b, margin, &mut None, &mut one);
+        by_pieces(a, &pose_a, b, &pose_b, margin, &mut None, &mut other);
         let same = |p: &ContactPoint<S>, q: &ContactPoint<S>| {
             p.feature == q.feature
                 && (p.point - q.point).norm() < 1e-11

@@ -4,7 +4,7 @@
 
 use crate::core_planar::{PlanarCore, edge_normal};
 use crate::geometry::{Aabb, ContactPoint};
-use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches, scale};
+use crate::kernel::{Guess, Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches, scale};
 use crate::polygons;
 use carom_math::{Column, Planar, Pose, Rotation, Vec2, vec2};
 
@@ -66,6 +66,7 @@ impl Kernel for Planar {
         b: &PlanarCore,
         b_in_a: &Pose<Planar>,
         reach: f64,
+        _: &mut Guess<Planar>,
     ) -> Option<Separation<Planar>> {
         let scale = scale::<Planar>(a, b, b_in_a);
         let tolerance = ROUNDING * scale;

@@ -6,7 +6,7 @@ use crate::clip::{Patch, overlap};
 use crate::collider::reach_box;
 use crate::core_spatial::SpatialCore;
 use crate::geometry::{Aabb, ContactPoint};
-use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches};
+use crate::kernel::{Guess, Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches};
 use crate::polytope::triangle_normal;
 use crate::separate::Pair;
 use crate::spread::{Places, spread};
@@ -71,8 +71,9 @@ impl Kernel for Spatial {
         b: &SpatialCore,
         b_in_a: &Pose<Spatial>,
         reach: f64,
+        guess: &mut Guess<Spatial>,
     ) -> Option<Separation<Spatial>> {
-        Pair::new(a, b, b_in_a).separation(reach)
+        Pair::new(a, b, b_in_a).separation_near(reach, guess)
     }
     fn together(a: Swept<Self>, b: Swept<Self>, margin: f64, out: &mut Vec<ContactPoint<Self>>) -> bool {
         two_boxes::contacts(&a, &b, margin, out)

@@ -57,7 +57,16 @@ impl Geometry for Planar {
         margin: f64,
         out: &mut Vec<ContactPoint<Self>>,
     ) {
-        narrow::contacts(a, pose_a, b, pose_b, margin, out);
+        narrow::contacts(a, pose_a, b, pose_b, margin, &mut None, out);
+    }
+    fn contacts_near(
+        (a, pose_a): (&Self::Collider, &Pose<Self>),
+        (b, pose_b): (&Self::Collider, &Pose<Self>),
+        margin: f64,
+        guess: &mut Option<Self::Vector>,
+        out: &mut Vec<ContactPoint<Self>>,
+    ) {
+        narrow::contacts(a, pose_a, b, pose_b, margin, guess, out);
     }
     fn touch_once(a: &Self::Collider, b: &Self::Collider) -> bool {
         narrow::touch_once(a, b)

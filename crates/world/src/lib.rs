@@ -11,6 +11,7 @@ pub mod correction;
 pub mod error;
 pub mod force;
 pub mod gradient;
+mod guesses;
 pub mod impact;
 pub mod integrate;
 pub mod joint;

@@ -3,6 +3,7 @@
 
 use crate::ahead::Ahead;
 use crate::bodies::Bodies;
+use crate::guesses::Guess;
 use crate::lasting::Lasting;
 use crate::material::Coefficients;
 use crate::settings::{Scheme, Settings};
@@ -49,6 +50,8 @@ pub struct Near<'a, S: Geometry> {
     pub b: usize,
     colliders: [&'a S::Collider; 2],
     poses: [&'a Pose<S>; 2],
+    /// What is remembered of the pair.
+    guess: Option<&'a Guess>,
     /// How fast their surfaces can come towards each other, where that was asked \[m/s\].
     pub closing: Option<f64>,
     /// Contacts are looked for up to this gap \[m\].
@@ -59,7 +62,11 @@ impl<S: Geometry> Near<'_, S> {
     /// Appends their contact points.
     pub fn contacts(&self, out: &mut Vec<ContactPoint<S>>) {
         let ([a, b], [pose_a, pose_b]) = (self.colliders, self.poses);
-        S::contacts(a, pose_a, b, pose_b, self.margin, out);
+        let mut guess = self.guess.and_then(Guess::get::<S>);
+        S::contacts_near((a, pose_a), (b, pose_b), self.margin, &mut guess, out);
+        if let Some(kept) = self.guess {
+            kept.set::<S>(guess);
+        }
     }
 }
 
@@ -167,7 +174,7 @@ impl<S: Geometry> NarrowPhase<S> {
         let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
         let soft = settings.scheme == Scheme::SoftStep && settings.contact_margin.is_none();
         let lasts = soft || settings.contact_margin.is_some();
-        let pairs = if lasts {
+        let (pairs, guesses) = if lasts {
             let boxes = (self.bounds.as_slice(), self.movable.as_slice());
             self.lasting.update(&mut self.broad, boxes, changed)
         } else {
@@ -182,15 +189,15 @@ impl<S: Geometry> NarrowPhase<S> {
                     self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
                 }
                 let changed = Changed { stands_as_before: true, sleeps_as_before: true, ..changed };
-                self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair)
+                (self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair), &[][..])
             } else {
-                self.broad.pairs()
+                (self.broad.pairs(), &[][..])
             }
         };
         let (margins, poses, bounds) = (&self.margins, &self.poses, &self.bounds);
-        let find = |_, pairs: &[(u32, u32)], found: &mut F::Findings| {
+        let find = |first: usize, pairs: &[(u32, u32)], found: &mut F::Findings| {
             finder.begin(found);
-            for &(i, j) in pairs {
+            for (&(i, j), place) in pairs.iter().zip(first..) {
                 let (i, j) = (i as usize, j as usize);
                 if lasts && !(bounds[i].overlaps(&bounds[j]) && may_pair(i, j)) {
                     continue;
@@ -208,7 +215,15 @@ impl<S: Geometry> NarrowPhase<S> {
                     }
                 }
                 let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
-                let near = Near { a, b, colliders: [ca, cb], poses: [&poses[i], &poses[j]], closing, margin };
+                let near = Near {
+                    a,
+                    b,
+                    colliders: [ca, cb],
+                    poses: [&poses[i], &poses[j]],
+                    guess: guesses.get(place),
+                    closing,
+                    margin,
+                };
                 finder.look(&near, found);
             }
         };
