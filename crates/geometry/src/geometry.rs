@@ -126,6 +126,9 @@ pub trait Geometry: Space {
         guess: &mut Option<Self::Vector>,
         out: &mut Vec<ContactPoint<Self>>,
     );
+    /// True for a shape of faces, edges and corners alone, none of them rounded: while it turns by little, the points in which
+    /// it touches stay on the same corners and edges.
+    fn is_angular(collider: &Self::Collider) -> bool;
     /// True where two shapes touch in one point at most, wherever they are: balls with balls and with walls. Whoever knows
     /// that contact need not look for another.
     fn touch_once(a: &Self::Collider, b: &Self::Collider) -> bool;

@@ -123,6 +123,10 @@ pub trait Kernel: Space {
     fn bounds_of(core: &Self::Core, pose: &Pose<Self>) -> Aabb<Self> {
         reach_box(pose, |d| Self::support(core, d).0)
     }
+    /// True for a core with a curved surface of its own.
+    fn is_curved(_core: &Self::Core) -> bool {
+        false
+    }
     /// Largest distance of the core from its frame's origin \[m\].
     fn size(core: &Self::Core) -> f64;
     /// The points that a wall with this inward direction would meet first, with their names; the farthest

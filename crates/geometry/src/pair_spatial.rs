@@ -45,11 +45,20 @@ impl Kernel for Spatial {
         core.support(direction)
     }
     fn bounds_of(core: &SpatialCore, pose: &Pose<Spatial>) -> Aabb<Spatial> {
-        let half = if let SpatialCore::Polytope(p) = core { p.half } else { None };
-        match half {
-            Some(half) => bounds_of_box(half, pose),
-            None => reach_box(pose, |d| core.support(d).0),
+        match core {
+            SpatialCore::Polytope(p) => match p.half {
+                Some(half) => bounds_of_box(half, pose),
+                None => {
+                    let spans = p.spans(&pose.rotation.matrix());
+                    let at = |k: usize| Vec3::from_fn(|i| pose.position[i] + spans[i][k]);
+                    Aabb { min: at(0), max: at(1) }
+                }
+            },
+            _ => reach_box(pose, |d| core.support(d).0),
         }
+    }
+    fn is_curved(core: &SpatialCore) -> bool {
+        matches!(core, SpatialCore::Round(_))
     }
     fn size(core: &SpatialCore) -> f64 {
         core.size()

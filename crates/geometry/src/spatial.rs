@@ -74,6 +74,9 @@ impl Geometry for Spatial {
     ) {
         narrow::contacts(a, pose_a, b, pose_b, margin, guess, out);
     }
+    fn is_angular(collider: &Self::Collider) -> bool {
+        collider.is_angular()
+    }
     fn touch_once(a: &Self::Collider, b: &Self::Collider) -> bool {
         narrow::touch_once(a, b)
     }

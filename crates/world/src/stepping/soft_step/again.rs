@@ -3,8 +3,10 @@
 //! one's motion against it, exactly. With Q and x the turn and the place of a body since then, x' its place then, l the larger and
 //! s the smaller one: a point p of s moved in the frame of l by d + (Q_l^T Q_s - 1)(p - x_s'), d = Q_l^T (x_s - x_l) -
 //! (x_s' - x_l'). It saves the search, and it steadies: points that are found anew at every step jump between corners that
-//! lie on each other, and lose their forces when they do. Only faces on faces: what rolls needs its points anew, and so does
-//! what will move by more than that in the step, which a push may take to parts of the other body that were far.
+//! lie on each other, and lose their forces when they do. Only faces on faces, and corners and edges of bodies that have nothing
+//! else: what rolls needs its points anew, and so does what will move by more than that in the step, which a push may take to
+//! parts of the other body that were far. A corner on a face of the larger body is where it would be found; of other
+//! corners and edges the normal is off by no more than the bodies turned, a hundredth of a radian.
 
 use super::face::Face;
 use super::memory::PatchForce;
@@ -25,7 +27,8 @@ pub(super) fn again<'f, S: Geometry>(
     faces: &'f mut Vec<Face<S>>,
 ) -> Option<&'f mut Face<S>> {
     let [patch] = known else { return None };
-    if patch.count < S::DIM {
+    let data = &ahead.bodies.data;
+    if patch.count < S::DIM && !(data[pair.0].is_angular && data[pair.1].is_angular) {
         return None;
     }
     let together = Together::<S>::of(ahead, (pair, closing), patch)?;
