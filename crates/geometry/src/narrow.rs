@@ -455,4 +455,43 @@ mod tests {
         }
         assert!(points > 20_000);
     }
+
+    #[test]
+    fn a_guess_changes_no_bit() {
+        let mut number = numbers();
+        let mut hull = |corners: usize, size: f64| {
+            let mut corner = || vec3(number(), number(), number()).normalized().unwrap_or(Vec3::ZERO);
+            let points = (0..corners).map(|_| corner() * size).collect();
+            Spatial::collider(&SpatialShape::ConvexHull { points }).expect("a hull")
+        };
+        let mut all: Vec<Collider<Spatial>> = vec![hull(24, 0.5), hull(12, 0.6), hull(40, 0.4)];
+        let others = [
+            SpatialShape::Box { size: [1.0, 0.8, 0.3] },
+            SpatialShape::Capsule { length: 0.6, radius: 0.2 },
+            SpatialShape::Cylinder { height: 0.7, radius: 0.3 },
+        ];
+        all.extend(others.iter().map(|s| Spatial::collider(s).expect("a shape")));
+        let (mut points, mut none) = (0, 0);
+        for a in &all {
+            for b in &all {
+                let mut guess = None;
+                let (mut place, mut turn) = (vec3(0.0, 0.0, 0.9), Vec3::ZERO);
+                for k in 0..300 {
+                    // on a way about, and somewhere else now and then
+                    let step = if k % 50 == 0 { 0.3 } else { 0.01 };
+                    place += vec3(number(), number(), number()) * step;
+                    place = place * (0.8 / place.norm()).min(1.0);
+                    turn += vec3(number(), number(), number()) * step;
+                    let poses = [Pose::default(), Pose::new(place, Quaternion::about(turn))];
+                    let (mut one, mut other) = (Vec::new(), Vec::new());
+                    Spatial::contacts(a, &poses[0], b, &poses[1], 0.02, &mut one);
+                    Spatial::contacts_near((a, &poses[0]), (b, &poses[1]), 0.02, &mut guess, &mut other);
+                    assert_eq!(one, other, "{a:?}\n{b:?}\n{poses:?}");
+                    points += one.len();
+                    none += usize::from(one.is_empty());
+                }
+            }
+        }
+        assert!(points > 2_000 && none > 1_000, "{points} points, {none} times none");
+    }
 }

@@ -37,7 +37,8 @@ impl Support for Opposite<'_, '_> {
 impl Pair<'_> {
     /// The best face normal or pair of crossed edges of two flat cores that touch or overlap.
     pub fn overlap(&self, a: &View, b: &View) -> Option<Separation<Spatial>> {
-        let face = self.best_face(a, b, f64::INFINITY, self.between_centers()).or_else(|| self.best_side(a, b));
+        let face =
+            self.best_face(a, b, f64::INFINITY, self.between_centers()).or_else(|| self.best_side(a, b));
         self.best_of_crossings(a, b, face)
     }
 

@@ -111,12 +111,13 @@ impl<'a> Pair<'a> {
         guess: &mut Guess<Spatial>,
     ) -> Option<Separation<Spatial>> {
         let faced = !a.faces.is_empty() && !b.faces.is_empty();
+        let mut start = self.between_centers();
         let few = a.faces.len() + b.faces.len() <= FEW_FACES;
-        if let Some(known) = if faced && few { self.by_axes(a, b, reach, guess) } else { None } {
+        if let Some(known) = if faced && few { self.by_axes(a, b, reach, guess, &mut start) } else { None } {
             return known;
         }
         let support = |d| self.corner(d, Vec3::ZERO);
-        match nearest(&support, self.between_centers(), reach, self.scale) {
+        match nearest(&support, start, reach, self.scale) {
             Outcome::Beyond(direction) => {
                 *guess = direction.normalized();
                 None
@@ -142,13 +143,14 @@ impl<'a> Pair<'a> {
     }
 
     /// What the axes of two cores with faces settle without a distance search: beyond reach, a corner standing over a face,
-    /// an overlap. `None` leaves it open.
+    /// an overlap. `None` leaves it open, and `start` is then the best face's direction where that is known.
     fn by_axes(
         &self,
         a: &View,
         b: &View,
         reach: f64,
         guess: &mut Guess<Spatial>,
+        start: &mut Vec3,
     ) -> Option<Option<Separation<Spatial>>> {
         if let (Some(half_a), Some(half_b)) = (a.half, b.half) {
             return self.by_axes_of_boxes(a, b, [half_a, half_b], reach);
@@ -158,6 +160,7 @@ impl<'a> Pair<'a> {
             *guess = Some(face.normal);
             return Some(None);
         }
+        *start = face.normal;
         if face.gap > NEAR * self.scale {
             return self.stands_over_face(a, b, &face).then_some(Some(face));
         }

@@ -19,30 +19,24 @@ use carom_math::{Column, Rotation, Several};
 /// looked for at least as far.
 pub const AGAIN: f64 = 0.01;
 
-/// Appends the face of a pair that had these patches in the step before, if its points stand.
-pub(super) fn again<'f, S: Geometry>(
+/// Appends the faces of a pair that had these patches in the step before, one of each, and true, if their points stand.
+pub(super) fn again<S: Geometry>(
     ahead: &Ahead<S>,
     (pair, closing): ((usize, usize), Option<f64>),
     known: &[PatchForce<S>],
-    faces: &'f mut Vec<Face<S>>,
-) -> Option<&'f mut Face<S>> {
-    let [patch] = known else { return None };
+    faces: &mut Vec<Face<S>>,
+) -> bool {
     let data = &ahead.bodies.data;
-    if patch.count < S::DIM && !(data[pair.0].is_angular && data[pair.1].is_angular) {
-        return None;
+    let are_angular = || data[pair.0].is_angular && data[pair.1].is_angular;
+    if known.iter().any(|patch| patch.count < S::DIM) && !are_angular() {
+        return false;
     }
-    let together = Together::<S>::of(ahead, (pair, closing), patch)?;
-    let normal = patch.seen.normal;
-    let now = together.turn.map_or(normal, |turn| turn.rotate(normal));
-    faces.push(Face::new(pair, now, Coefficients::of(ahead.bodies, ahead.settings, pair)));
-    let face = faces.last_mut()?;
-    for (i, id) in patch.names().iter().enumerate() {
-        let point = patch.seen.points[i];
-        let by = together.against(point);
-        let gap = patch.seen.gaps[i] + together.sign * normal.dot(by);
-        face.add(*id, together.along(point + by * 0.5), gap);
-    }
-    Some(face)
+    // all of a pair were looked at together
+    let Some(first) = known.first() else { return false };
+    let Some(together) = Together::<S>::of(ahead, (pair, closing), first) else { return false };
+    let coefficients = Coefficients::of(ahead.bodies, ahead.settings, pair);
+    faces.extend(known.iter().map(|patch| together.face(pair, patch, coefficients)));
+    true
 }
 
 /// How two bodies moved since they were looked at.
@@ -96,6 +90,21 @@ impl<S: Geometry> Together<S> {
         }
         let sign = if a_is_small { 1.0 } else { -1.0 };
         Some(Together { larger, turn, smaller: seen.places[s], by, against, sign })
+    }
+
+    /// A patch as a face now.
+    #[inline]
+    fn face(&self, pair: (usize, usize), patch: &PatchForce<S>, coefficients: Coefficients) -> Face<S> {
+        let normal = patch.seen.normal;
+        let now = self.turn.map_or(normal, |turn| turn.rotate(normal));
+        let mut face = Face::new(pair, now, coefficients);
+        for (i, id) in patch.names().iter().enumerate() {
+            let point = patch.seen.points[i];
+            let by = self.against(point);
+            let gap = patch.seen.gaps[i] + self.sign * normal.dot(by);
+            face.add(*id, self.along(point + by * 0.5), gap);
+        }
+        face
     }
 
     /// How a point of the smaller body moved against the larger one, in the frame of then \[m\].
