@@ -4,8 +4,9 @@
 //! Knows no radii. Deep overlaps may have a better direction elsewhere than the one found.
 
 use crate::core_spatial::{Round, SpatialCore};
+use crate::geometry::Guess;
 use crate::gjk::{Outcome, nearest};
-use crate::kernel::{Guess, Separation};
+use crate::kernel::Separation;
 use crate::separate::{Pair, ROUNDING, apart, label_of};
 use carom_math::{Column, Space, Spatial, Vec3, vec3};
 use std::cell::Cell;
@@ -33,8 +34,8 @@ impl Pair<'_> {
     pub fn curved(&self, reach: f64, guess: &mut Guess<Spatial>) -> Option<Separation<Spatial>> {
         let support = |d| self.corner(d, Vec3::ZERO);
         let outcome = nearest(&support, self.between_centers(), reach, self.scale);
-        if let Outcome::Beyond(direction) = outcome {
-            *guess = direction.normalized();
+        if let Outcome::Beyond(direction, apart) = outcome {
+            *guess = Guess { direction: direction.normalized(), apart };
             return None;
         }
         let best = self.best_candidate();

@@ -7,7 +7,7 @@
 
 use crate::collider::reach_box;
 use crate::few::Few;
-use crate::geometry::{Aabb, ContactPoint};
+use crate::geometry::{Aabb, ContactPoint, Guess};
 use carom_math::{Column, Pose, Rotation, Space};
 use std::fmt::Debug;
 
@@ -58,10 +58,6 @@ pub struct Separation<S: Space> {
     /// Features that carry the witnesses.
     pub label: Label,
 }
-
-/// A direction along which two shapes were farthest apart, or overlapped least, when they were last looked at: a unit vector in
-/// a's frame, from b to a.
-pub type Guess<S> = Option<<S as Space>::Vector>;
 
 /// One place where two cores may touch, in a's frame.
 #[derive(Clone, Copy, Debug)]
@@ -135,8 +131,8 @@ pub trait Kernel: Space {
     /// The points that the inside of a ball about `from` would meet first: all corners, and the farthest points of rims,
     /// with their names.
     fn corners(core: &Self::Core, from: Self::Vector, out: &mut Ring<Self>);
-    /// The largest s(n), or `None` when it exceeds `reach` \[m\]. A `guess` at its direction n, a unit vector or none, takes
-    /// work off the search and no bit of its answer is another; it is left as a guess for the next time.
+    /// The largest s(n), or `None` when it exceeds `reach` \[m\]. A `guess` at its direction n takes work off the
+    /// search and no bit of its answer is another; it is left as a guess for the next time, for the cores alone.
     fn separation(
         a: &Self::Core,
         b: &Self::Core,

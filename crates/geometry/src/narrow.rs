@@ -5,8 +5,8 @@
 use crate::balls::{Ball, ball_on_wall, two_balls};
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::few::Few;
-use crate::geometry::ContactPoint;
-use crate::kernel::{Guess, Kernel, Label, NONE, Ring, Separation, Swept, Touches, mix, scale};
+use crate::geometry::{ContactPoint, Guess};
+use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touches, mix, scale};
 use crate::spread::{Places, spread};
 use crate::surface::Verdict;
 use crate::wall::{Facing, Wall};
@@ -48,6 +48,7 @@ pub(crate) fn contacts<S: Kernel>(
     guess: &mut Guess<S>,
     out: &mut Vec<ContactPoint<S>>,
 ) {
+    guess.apart = f64::NEG_INFINITY;
     if let Some(known) = of_balls((a, pose_a), (b, pose_b), margin) {
         out.extend(known);
         return;
@@ -138,7 +139,7 @@ impl<S: Kernel> Found<'_, S> {
                 };
                 leaves(b, pose_b, 0, &Query { box_in: &box_of_a, limit: &limit }, &mut |leaf| match leaf {
                     Leaf::Wall(wall, _) => self.piece_on_wall(a, &wall, false),
-                    Leaf::Piece(b) => self.pieces(a, b, &mut None),
+                    Leaf::Piece(b) => self.pieces(a, b, &mut Guess::default()),
                 });
             }
         });
@@ -149,7 +150,9 @@ impl<S: Kernel> Found<'_, S> {
         let place = a.pose.inverse().compose(&b.pose);
         let radii = a.radius + b.radius;
         let reach = self.margin + radii;
-        let Some((found, witnessed, smallest)) = direction(a, b, &place, reach, guess) else { return };
+        let found = direction(a, b, &place, reach, guess);
+        guess.apart -= radii;
+        let Some((found, witnessed, smallest)) = found else { return };
         if found.gap > reach {
             return;
         }
@@ -376,8 +379,8 @@ mod tests {
     fn agree<S: Kernel>(a: &Collider<S>, b: &Collider<S>, poses: [Pose<S>; 2], margin: f64) -> usize {
         let [pose_a, pose_b] = poses;
         let (mut one, mut other) = (Vec::new(), Vec::new());
-        contacts(a, &pose_a, b, &pose_b, margin, &mut None, &mut one);
-        by_pieces(a, &pose_a, b, &pose_b, margin, &mut None, &mut other);
+        contacts(a, &pose_a, b, &pose_b, margin, &mut Guess::default(), &mut one);
+        by_pieces(a, &pose_a, b, &pose_b, margin, &mut Guess::default(), &mut other);
         let same = |p: &ContactPoint<S>, q: &ContactPoint<S>| {
             p.feature == q.feature
                 && (p.point - q.point).norm() < 1e-11
@@ -474,7 +477,7 @@ mod tests {
         let (mut points, mut none) = (0, 0);
         for a in &all {
             for b in &all {
-                let mut guess = None;
+                let mut guess = Guess::default();
                 let (mut place, mut turn) = (vec3(0.0, 0.0, 0.9), Vec3::ZERO);
                 for k in 0..300 {
                     // on a way about, and somewhere else now and then
@@ -489,6 +492,7 @@ mod tests {
                     assert_eq!(one, other, "{a:?}\n{b:?}\n{poses:?}");
                     points += one.len();
                     none += usize::from(one.is_empty());
+                    assert!(one.is_empty() || guess.apart <= 0.02 || guess.apart == f64::NEG_INFINITY);
                 }
             }
         }

@@ -3,8 +3,8 @@
 //! that face each other. Knows no radii and no composite shapes.
 
 use crate::core_planar::{PlanarCore, edge_normal};
-use crate::geometry::{Aabb, ContactPoint};
-use crate::kernel::{Guess, Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches, scale};
+use crate::geometry::{Aabb, ContactPoint, Guess};
+use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches, scale};
 use crate::polygons;
 use carom_math::{Column, Planar, Pose, Rotation, Vec2, vec2};
 

@@ -4,8 +4,9 @@
 
 use crate::core_spatial::SpatialCore;
 use crate::few::Few;
+use crate::geometry::Guess;
 use crate::gjk::{Corner, Outcome, nearest};
-use crate::kernel::{Guess, Kernel, Label, NONE, Separation};
+use crate::kernel::{Kernel, Label, NONE, Separation};
 use crate::polytope::View;
 use carom_math::{Column, Planar, Pose, Spatial, Vec2, Vec3, vec2, vec3};
 
@@ -80,14 +81,18 @@ impl<'a> Pair<'a> {
     }
     /// The direction of the largest s(n), or `None` when that exceeds `reach`.
     pub fn separation(&self, reach: f64) -> Option<Separation<Spatial>> {
-        self.separation_near(reach, &mut None)
+        self.separation_near(reach, &mut Guess::default())
     }
 
     /// The same from a guess at the direction (see `Kernel::separation`): where it shows the cores apart nothing is
     /// searched, by more than rounding, so that a search would have found the same.
     pub fn separation_near(&self, reach: f64, guess: &mut Guess<Spatial>) -> Option<Separation<Spatial>> {
-        if guess.is_some_and(|n| self.along(n).gap > reach + NEAR * self.scale) {
-            return None;
+        if let Some(direction) = guess.direction {
+            let apart = self.along(direction).gap;
+            if apart > reach + NEAR * self.scale {
+                guess.apart = apart;
+                return None;
+            }
         }
         let found = match (self.a, self.b) {
             (SpatialCore::Point(p), SpatialCore::Round(_)) => self.point_and_round(p[0], true),
@@ -98,7 +103,7 @@ impl<'a> Pair<'a> {
             },
         };
         if let Some(found) = &found {
-            *guess = Some(found.normal);
+            *guess = Guess { direction: Some(found.normal), apart: found.gap };
         }
         found.filter(|s| s.gap <= reach)
     }
@@ -118,8 +123,8 @@ impl<'a> Pair<'a> {
         }
         let support = |d| self.corner(d, Vec3::ZERO);
         match nearest(&support, start, reach, self.scale) {
-            Outcome::Beyond(direction) => {
-                *guess = direction.normalized();
+            Outcome::Beyond(direction, apart) => {
+                *guess = Guess { direction: direction.normalized(), apart };
                 None
             }
             Outcome::Apart(point, simplex) if point.norm() > NEAR * self.scale => {
@@ -155,9 +160,9 @@ impl<'a> Pair<'a> {
         if let (Some(half_a), Some(half_b)) = (a.half, b.half) {
             return self.by_axes_of_boxes(a, b, [half_a, half_b], reach);
         }
-        let face = self.best_face(a, b, reach, guess.unwrap_or_else(|| self.between_centers()))?;
+        let face = self.best_face(a, b, reach, guess.direction.unwrap_or_else(|| self.between_centers()))?;
         if face.gap > reach {
-            *guess = Some(face.normal);
+            *guess = Guess { direction: Some(face.normal), apart: face.gap };
             return Some(None);
         }
         *start = face.normal;
@@ -234,7 +239,8 @@ impl<'a> Pair<'a> {
             if across > 0.0 { vec3(local[0] / across, local[1] / across, 0.0) } else { vec3(1.0, 0.0, 0.0) };
         let lift = |v: Vec2| radial * v[0] + vec3(0.0, 0.0, v[1]);
         let dot = Planar::dot(vec2(across, local[2]));
-        let flat = Planar::separation(&dot, &round.section, &Pose::default(), f64::INFINITY, &mut None)?;
+        let flat =
+            Planar::separation(&dot, &round.section, &Pose::default(), f64::INFINITY, &mut Guess::default())?;
         let (normal, on_round) = (lift(flat.normal), lift(flat.on_b));
         let name = |feature: [u32; 2]| if feature == [NONE, NONE] { [0, NONE] } else { feature };
         let (of_point, of_round) = (name(flat.label.a), name(flat.label.b));

@@ -2,7 +2,7 @@
 //! in its own; who asks holds each pair's present boxes against each other. It decides nothing but the work: the pairs
 //! whose boxes overlap are the same, in the same order. Where pairs do not last, nothing is made larger for a while.
 
-use crate::guesses::{Guess, hand_on};
+use crate::remembered::{Remembered, hand_on};
 use carom_geometry::Aabb;
 use carom_geometry::broad_phase::{BroadPhase, Changed};
 use carom_math::Space;
@@ -20,8 +20,8 @@ pub(crate) struct Lasting<S: Space> {
     boxes: Vec<Aabb<S>>,
     pairs: Vec<(u32, u32)>,
     /// What the narrow phase remembers of each pair, and room for what it will.
-    guesses: Vec<Guess>,
-    room: Vec<Guess>,
+    remembered: Vec<Remembered>,
+    room: Vec<Remembered>,
     /// Steps that the pairs stood for.
     lasted: u32,
     /// Searches to come that give no room.
@@ -36,10 +36,10 @@ impl<S: Space> Lasting<S> {
         broad: &mut BroadPhase<S>,
         (bounds, movable): (&[Aabb<S>], &[bool]),
         changed: Changed<'_>,
-    ) -> (&[(u32, u32)], &[Guess]) {
+    ) -> (&[(u32, u32)], &[Remembered]) {
         if self.stand(bounds, &changed) {
             self.lasted += 1;
-            return (&self.pairs, &self.guesses);
+            return (&self.pairs, &self.remembered);
         }
         if !self.boxes.is_empty() && self.lasted < SOME && self.pause == 0 {
             self.pause = PAUSE;
@@ -58,10 +58,10 @@ impl<S: Space> Lasting<S> {
             self.boxes[k] = if bounds[k].is_finite() { bounds[k].grown(room) } else { bounds[k] };
         }
         let pairs = broad.update_some(&self.boxes, movable, changed, &|_, _| true);
-        hand_on((&self.pairs, &mut self.guesses), pairs, &mut self.room);
+        hand_on((&self.pairs, &mut self.remembered), pairs, &mut self.room);
         self.pairs.clear();
         self.pairs.extend_from_slice(pairs);
-        (&self.pairs, &self.guesses)
+        (&self.pairs, &self.remembered)
     }
 
     /// Whether everybody is in the box that it was looked for in.
@@ -77,6 +77,12 @@ impl<S: Space> Lasting<S> {
     /// Forgets the pairs.
     pub fn forget(&mut self) {
         self.boxes.clear();
+        self.forget_looks();
+    }
+
+    /// Forgets what is remembered of pairs.
+    pub fn forget_looks(&mut self) {
+        self.remembered.clear();
     }
 }
 

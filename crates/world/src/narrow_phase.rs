@@ -3,14 +3,14 @@
 
 use crate::ahead::Ahead;
 use crate::bodies::Bodies;
-use crate::guesses::Guess;
 use crate::lasting::Lasting;
 use crate::material::Coefficients;
+use crate::remembered::Remembered;
 use crate::settings::{Scheme, Settings};
 use carom_geometry::broad_phase::{BroadPhase, Changed};
 use carom_geometry::{Aabb, ContactPoint, Geometry};
 use carom_math::workers::Memory;
-use carom_math::{Column, Pose, Space, Workers};
+use carom_math::{Column, Pose, Rotation, Space, Workers};
 
 /// One contact between two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,9 @@ pub struct Near<'a, S: Geometry> {
     colliders: [&'a S::Collider; 2],
     poses: [&'a Pose<S>; 2],
     /// What is remembered of the pair.
-    guess: Option<&'a Guess>,
+    remembered: Option<&'a Remembered>,
+    /// Ways that points of both surfaces have behind them \[m\].
+    ways: f64,
     /// How fast their surfaces can come towards each other, where that was asked \[m/s\].
     pub closing: Option<f64>,
     /// Contacts are looked for up to this gap \[m\].
@@ -62,10 +64,13 @@ impl<S: Geometry> Near<'_, S> {
     /// Appends their contact points.
     pub fn contacts(&self, out: &mut Vec<ContactPoint<S>>) {
         let ([a, b], [pose_a, pose_b]) = (self.colliders, self.poses);
-        let mut guess = self.guess.and_then(Guess::get::<S>);
-        S::contacts_near((a, pose_a), (b, pose_b), self.margin, &mut guess, out);
-        if let Some(kept) = self.guess {
-            kept.set::<S>(guess);
+        let Some(remembered) = self.remembered else {
+            return S::contacts(a, pose_a, b, pose_b, self.margin, out);
+        };
+        if !remembered.is_apart(self.ways, self.margin) {
+            let mut guess = remembered.guess::<S>();
+            S::contacts_near((a, pose_a), (b, pose_b), self.margin, &mut guess, out);
+            remembered.learn(&guess, self.ways);
         }
     }
 }
@@ -123,6 +128,8 @@ pub struct NarrowPhase<S: Geometry> {
     bounds: Vec<Aabb<S>>,
     margins: Vec<f64>,
     poses: Vec<Pose<S>>,
+    /// The way that a point of each body's surface has behind it at most, turning included, since somebody began to count \[m\].
+    ways: Vec<f64>,
     /// Speeds, own ones and those shared with neighbours.
     own: Vec<f64>,
     speeds: Vec<f64>,
@@ -140,6 +147,8 @@ struct Place<S: Geometry> {
     pose: Pose<S>,
     margin: f64,
     speed: f64,
+    /// How far a point of its surface is from the pose's frame at most \[m\]; 0 where turning moves none.
+    reach: f64,
 }
 
 impl<S: Geometry> NarrowPhase<S> {
@@ -174,7 +183,7 @@ impl<S: Geometry> NarrowPhase<S> {
         let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
         let soft = settings.scheme == Scheme::SoftStep && settings.contact_margin.is_none();
         let lasts = soft || settings.contact_margin.is_some();
-        let (pairs, guesses) = if lasts {
+        let (pairs, remembered) = if lasts {
             let boxes = (self.bounds.as_slice(), self.movable.as_slice());
             self.lasting.update(&mut self.broad, boxes, changed)
         } else {
@@ -194,7 +203,7 @@ impl<S: Geometry> NarrowPhase<S> {
                 (self.broad.pairs(), &[][..])
             }
         };
-        let (margins, poses, bounds) = (&self.margins, &self.poses, &self.bounds);
+        let (margins, poses, bounds, ways) = (&self.margins, &self.poses, &self.bounds, &self.ways);
         let find = |first: usize, pairs: &[(u32, u32)], found: &mut F::Findings| {
             finder.begin(found);
             for (&(i, j), place) in pairs.iter().zip(first..) {
@@ -220,7 +229,8 @@ impl<S: Geometry> NarrowPhase<S> {
                     b,
                     colliders: [ca, cb],
                     poses: [&poses[i], &poses[j]],
-                    guess: guesses.get(place),
+                    remembered: remembered.get(place),
+                    ways: ways[i] + ways[j],
                     closing,
                     margin,
                 };
@@ -286,6 +296,10 @@ impl<S: Geometry> NarrowPhase<S> {
         let count = self.indices.len();
         self.bounds.resize(count, Aabb { min: S::Vector::ZERO, max: S::Vector::ZERO });
         self.poses.resize(count, Pose::default());
+        self.ways.clear();
+        self.ways.resize(count, 0.0);
+        // places may be those of others now
+        self.lasting.forget_looks();
         for column in [&mut self.margins, &mut self.speeds, &mut self.own] {
             column.resize(count, 0.0);
         }
@@ -318,6 +332,7 @@ impl<S: Geometry> NarrowPhase<S> {
     }
 
     fn put(&mut self, k: usize, place: Place<S>) {
+        self.ways[k] += way(&self.poses[k], &place.pose, place.reach);
         (self.speeds[k], self.own[k]) = (place.speed, place.speed);
         self.margins[k] = place.margin;
         self.poses[k] = place.pose;
@@ -327,11 +342,23 @@ impl<S: Geometry> NarrowPhase<S> {
 
 /// Box, pose, speed and margin of a body that has a shape.
 fn place<S: Geometry>(i: usize, ahead: &Ahead<S>) -> Option<Place<S>> {
-    let collider = ahead.bodies.data[i].collider.as_ref()?;
+    let data = &ahead.bodies.data[i];
+    let collider = data.collider.as_ref()?;
+    let reach = data.turning_arm + data.mass_properties.center.norm();
     let speed = ahead.speed(i);
     let margin = ahead.reach(i, speed);
     let pose = ahead.bodies.shape_pose(i);
-    Some(Place { bounds: S::bounds(collider, &pose, margin), pose, margin, speed })
+    Some(Place { bounds: S::bounds(collider, &pose, margin), pose, margin, speed, reach })
+}
+
+/// How far a point that is within `reach` \[m\] of the frame's origin goes at most from one pose to another \[m\]: turning by an angle
+/// moves it by 2 reach sin(angle/2), and the numbers of the two rotations are apart by 2 sin(angle/4) in space, 2 sin(angle/2)
+/// in the plane.
+fn way<S: Geometry>(from: &Pose<S>, to: &Pose<S>, reach: f64) -> f64 {
+    let numbers = from.rotation.as_slice().iter().zip(to.rotation.as_slice());
+    let apart = numbers.map(|(p, q)| (p - q) * (p - q)).sum::<f64>();
+    let turned = if apart > 0.0 { 2.0 * reach * apart.sqrt() } else { 0.0 };
+    (to.position - from.position).norm() + turned
 }
 
 /// Moves all items to the end of a list; of an empty list without a copy.
