@@ -153,8 +153,15 @@ pub trait Kernel: Space {
         out: &mut Touches<Self>,
     );
     /// Appends the contact points of two swept cores with gaps up to `margin` \[m\] in one go, where there is a way for
-    /// these cores, their names distinct; false where there is none. It says what `separation` and `manifold` say, but for rounding.
-    fn together(_a: Swept<Self>, _b: Swept<Self>, _margin: f64, _out: &mut Vec<ContactPoint<Self>>) -> bool {
+    /// these cores, their names distinct; false where there is none. Where they are farther apart `apart` may become a gap that
+    /// they have at least \[m\]. It says what `separation` and `manifold` say, but for rounding.
+    fn together(
+        _a: Swept<Self>,
+        _b: Swept<Self>,
+        _margin: f64,
+        _apart: &mut f64,
+        _out: &mut Vec<ContactPoint<Self>>,
+    ) -> bool {
         false
     }
     /// s(n) with the farthest points of both cores.

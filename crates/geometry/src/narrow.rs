@@ -55,7 +55,8 @@ pub(crate) fn contacts<S: Kernel>(
     }
     if let (Form::Convex(core_a, radius_a), Form::Convex(core_b, radius_b)) = (&*a.form, &*b.form) {
         let swept = |core, radius, pose| Swept { core, radius, pose };
-        if S::together(swept(core_a, *radius_a, pose_a), swept(core_b, *radius_b, pose_b), margin, out) {
+        let (one, other) = (swept(core_a, *radius_a, pose_a), swept(core_b, *radius_b, pose_b));
+        if S::together(one, other, margin, &mut guess.apart, out) {
             return;
         }
     }

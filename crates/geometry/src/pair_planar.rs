@@ -82,7 +82,13 @@ impl Kernel for Planar {
         }
         best.filter(|s| s.gap <= reach)
     }
-    fn together(a: Swept<Self>, b: Swept<Self>, margin: f64, out: &mut Vec<ContactPoint<Self>>) -> bool {
+    fn together(
+        a: Swept<Self>,
+        b: Swept<Self>,
+        margin: f64,
+        _apart: &mut f64,
+        out: &mut Vec<ContactPoint<Self>>,
+    ) -> bool {
         polygons::contacts(&a, &b, margin, out)
     }
     fn manifold(

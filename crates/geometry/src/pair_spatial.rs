@@ -84,8 +84,14 @@ impl Kernel for Spatial {
     ) -> Option<Separation<Spatial>> {
         Pair::new(a, b, b_in_a).separation_near(reach, guess)
     }
-    fn together(a: Swept<Self>, b: Swept<Self>, margin: f64, out: &mut Vec<ContactPoint<Self>>) -> bool {
-        two_boxes::contacts(&a, &b, margin, out)
+    fn together(
+        a: Swept<Self>,
+        b: Swept<Self>,
+        margin: f64,
+        apart: &mut f64,
+        out: &mut Vec<ContactPoint<Self>>,
+    ) -> bool {
+        two_boxes::contacts(&a, &b, margin, apart, out)
     }
     fn manifold(
         a: &SpatialCore,
