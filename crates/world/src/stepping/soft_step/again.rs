@@ -35,7 +35,13 @@ pub(super) fn again<S: Geometry>(
     let Some(first) = known.first() else { return false };
     let Some(together) = Together::<S>::of(ahead, (pair, closing), first) else { return false };
     let coefficients = Coefficients::of(ahead.bodies, ahead.settings, pair);
-    faces.extend(known.iter().map(|patch| together.face(pair, patch, coefficients)));
+    for patch in known {
+        let normal = together.turn.map_or(patch.seen.normal, |turn| turn.rotate(patch.seen.normal));
+        faces.push(Face::new(pair, normal, coefficients));
+        if let Some(face) = faces.last_mut() {
+            together.fill(face, patch);
+        }
+    }
     true
 }
 
@@ -92,19 +98,16 @@ impl<S: Geometry> Together<S> {
         Some(Together { larger, turn, smaller: seen.places[s], by, against, sign })
     }
 
-    /// A patch as a face now.
+    /// The points of a patch where they are now.
     #[inline]
-    fn face(&self, pair: (usize, usize), patch: &PatchForce<S>, coefficients: Coefficients) -> Face<S> {
+    fn fill(&self, face: &mut Face<S>, patch: &PatchForce<S>) {
         let normal = patch.seen.normal;
-        let now = self.turn.map_or(normal, |turn| turn.rotate(normal));
-        let mut face = Face::new(pair, now, coefficients);
         for (i, id) in patch.names().iter().enumerate() {
             let point = patch.seen.points[i];
             let by = self.against(point);
             let gap = patch.seen.gaps[i] + self.sign * normal.dot(by);
             face.add(*id, self.along(point + by * 0.5), gap);
         }
-        face
     }
 
     /// How a point of the smaller body moved against the larger one, in the frame of then \[m\].

@@ -68,9 +68,10 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
             for ((face, force), place) in found.faces[first..].iter_mut().zip(known).zip(range.start..) {
                 face.again = place as u32;
                 found.tally.add(face);
-                let mut patch = patch_of(bodies, face);
-                start_again(&mut patch, face, force, self.h);
-                found.patches.push(patch);
+                found.patches.push(patch_of(bodies, face));
+                if let Some(patch) = found.patches.last_mut() {
+                    start_again(patch, face, force, self.h);
+                }
             }
             return;
         }
