@@ -306,6 +306,32 @@ pub fn a_snapshot_continues_the_trajectory_bit_for_bit<S: Dimension>() {
     }
 }
 
+/// A copy from a snapshot does not know which pairs were apart, and goes the same way: what is remembered of them decides nothing.
+#[test]
+fn hulls_that_fall_on_a_heap_go_on_from_a_snapshot_bit_for_bit() {
+    let mut w = world::<Spatial>(soft(1.0 / 60.0));
+    add_floor(&mut w, 0.6, 0.0);
+    for k in 0..27 {
+        let corner = |c: u32| {
+            let (u, v) = (f64::from(7 * c + k), f64::from(5 * c) + 0.3 * f64::from(k));
+            vec3(0.5 * u.cos() * v.sin(), 0.4 * u.sin() * v.sin(), 0.3 * v.cos())
+        };
+        let shape = SpatialShape::ConvexHull { points: (0..16).map(corner).collect() };
+        let at = |k: u32| 0.7 * f64::from(k % 3);
+        let hull = BodySpec::heavy(shape, 1.0).at(vec3(at(k), at(k / 3), 0.6 + at(k / 9)));
+        add(&mut w, &format!("hull {k}"), hull.friction(0.6));
+    }
+    for _ in 0..8 {
+        let (mut copy, _) = World::<Spatial>::from_snapshot(&w.snapshot()).expect("a snapshot");
+        for _ in 0..15 {
+            step(&mut w);
+            step(&mut copy);
+            assert!(bits(&w) == bits(&copy));
+        }
+    }
+    assert!(w.touches().len() > 50, "{} contacts", w.touches().len());
+}
+
 /// The books of groups add up to the world's, contact forces between them included.
 pub fn groups_share_what_the_world_books<S: Dimension>() {
     let mut w = stack::<S>(soft(1.0 / 240.0), &[1.0, 2.0]);

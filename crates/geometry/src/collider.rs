@@ -69,6 +69,15 @@ impl<S: Kernel> Collider<S> {
         let tree = Tree::new(bounded.iter().map(|&i| boxes[i]).collect());
         Collider { form: Arc::new(Form::Compound(Parts { parts, tree, bounded, unbounded })) }
     }
+    /// True where the surface has faces, edges and corners alone, none of them rounded.
+    pub(crate) fn is_angular(&self) -> bool {
+        match &*self.form {
+            Form::HalfSpace(_) | Form::Surface(_) => true,
+            Form::Cavity(_) => false,
+            Form::Convex(core, radius) => *radius == 0.0 && !S::is_curved(core),
+            Form::Compound(all) => all.parts.iter().all(|(_, part)| part.is_angular()),
+        }
+    }
     /// Bounding box at a pose, grown by a margin \[m\]: tight, but infinite across half-spaces and cavities.
     pub fn bounds(&self, pose: &Pose<S>, margin: f64) -> Aabb<S> {
         let tight = match &*self.form {

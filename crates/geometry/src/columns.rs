@@ -71,6 +71,36 @@ impl Columns {
     }
 }
 
+impl Columns {
+    /// Least and most along each of three directions; of none of them infinite the wrong way round.
+    #[inline]
+    pub fn spans(&self, directions: &[[f64; 3]; 3]) -> [[f64; 2]; 3] {
+        dispatch(Spans(&self.rows, directions))
+    }
+}
+
+struct Spans<'a>(&'a [Row], &'a [[f64; 3]; 3]);
+
+impl Job for Spans<'_> {
+    type Output = [[f64; 2]; 3];
+    #[inline(always)]
+    fn work<L: Lanes>(self, lanes: L) -> [[f64; 2]; 3] {
+        let Spans(rows, directions) = self;
+        let mut out = [[0.0; 2]; 3];
+        for (span, d) in out.iter_mut().zip(directions) {
+            let (x, y, z) = (lanes.four_of(d[0]), lanes.four_of(d[1]), lanes.four_of(d[2]));
+            let (mut least, mut most) = (lanes.four_of(f64::INFINITY), lanes.four_of(f64::NEG_INFINITY));
+            for row in rows {
+                let along = x * lanes.four(&row[0]) + y * lanes.four(&row[1]) + z * lanes.four(&row[2]);
+                (least, most) = (along.min(least), along.max(most));
+            }
+            let ([a, b, c, d], [p, q, r, s]) = (least.store(), most.store());
+            *span = [a.min(b).min(c.min(d)), p.max(q).max(r.max(s))];
+        }
+        out
+    }
+}
+
 struct NoFarther<'a>(&'a [Row], Vec3, f64);
 
 impl Job for NoFarther<'_> {
@@ -166,6 +196,8 @@ mod tests {
                 let first = along.iter().position(|a| *a == largest).expect("one is the largest");
                 assert_eq!(columns.farthest(direction), (first, largest), "{all:?} along {direction:?}");
                 assert_eq!(one_by_one(&columns.rows, direction.0), (first, largest));
+                let least = along.iter().fold(f64::INFINITY, |m, a| m.min(*a));
+                assert_eq!(columns.spans(&[[0.0; 3], direction.0, [0.0; 3]])[1], [least, largest]);
             }
         }
     }

@@ -4,6 +4,7 @@
 //! Knows no radii. Deep overlaps may have a better direction elsewhere than the one found.
 
 use crate::core_spatial::{Round, SpatialCore};
+use crate::geometry::Guess;
 use crate::gjk::{Outcome, nearest};
 use crate::kernel::Separation;
 use crate::separate::{Pair, ROUNDING, apart, label_of};
@@ -30,10 +31,11 @@ enum Meets {
 impl Pair<'_> {
     /// The direction of the largest s(n) when at least one core is curved; the best of a few local bests where they
     /// overlap.
-    pub fn curved(&self, reach: f64) -> Option<Separation<Spatial>> {
+    pub fn curved(&self, reach: f64, guess: &mut Guess<Spatial>) -> Option<Separation<Spatial>> {
         let support = |d| self.corner(d, Vec3::ZERO);
         let outcome = nearest(&support, self.between_centers(), reach, self.scale);
-        if matches!(outcome, Outcome::Beyond) {
+        if let Outcome::Beyond(direction, apart) = outcome {
+            *guess = Guess { direction: direction.normalized(), apart };
             return None;
         }
         let best = self.best_candidate();

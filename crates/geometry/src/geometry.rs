@@ -72,6 +72,21 @@ pub struct Closest<S: Space> {
     pub gap: f64,
 }
 
+/// What is remembered of a pair from one look to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guess<S: Space> {
+    /// Unit vector from b to a in a's frame, along which they were farthest apart or overlapped least.
+    pub direction: Option<S::Vector>,
+    /// They were at least so far apart \[m\]; minus infinity where nothing is known.
+    pub apart: f64,
+}
+
+impl<S: Space> Default for Guess<S> {
+    fn default() -> Self {
+        Guess { direction: None, apart: f64::NEG_INFINITY }
+    }
+}
+
 /// Shapes, their mass and their contacts, in the plane or in space.
 pub trait Geometry: Space {
     /// A shape as users state it.
@@ -117,6 +132,18 @@ pub trait Geometry: Space {
         margin: f64,
         out: &mut Vec<ContactPoint<Self>>,
     );
+    /// The same, bit by bit, for who looks at a pair again and again: `guess` is what the time before left. It
+    /// takes work off the search while the pair has hardly moved.
+    fn contacts_near(
+        a: (&Self::Collider, &Pose<Self>),
+        b: (&Self::Collider, &Pose<Self>),
+        margin: f64,
+        guess: &mut Guess<Self>,
+        out: &mut Vec<ContactPoint<Self>>,
+    );
+    /// True for a shape of faces, edges and corners alone, none of them rounded: while it turns by little, the points in which
+    /// it touches stay on the same corners and edges.
+    fn is_angular(collider: &Self::Collider) -> bool;
     /// True where two shapes touch in one point at most, wherever they are: balls with balls and with walls. Whoever knows
     /// that contact need not look for another.
     fn touch_once(a: &Self::Collider, b: &Self::Collider) -> bool;

@@ -46,8 +46,8 @@ pub enum Outcome {
     Apart(Vec3, Simplex),
     /// The sets touch or overlap.
     Touching,
-    /// The distance exceeds the reach.
-    Beyond,
+    /// The distance exceeds the reach: along this direction of any length, it is at least so much \[m\].
+    Beyond(Vec3, f64),
 }
 
 /// Which corners hold the nearest point, and with what weights.
@@ -120,7 +120,7 @@ pub fn nearest(support: &impl Fn(Vec3) -> Corner, start: Vec3, reach: f64, scale
         let corner = support(point);
         let along = point.dot(corner.c);
         if along > reach * distance {
-            return Outcome::Beyond;
+            return Outcome::Beyond(point, along / distance);
         }
         if squared - along <= 4.0 * f64::EPSILON * (squared + scale * distance) {
             break;

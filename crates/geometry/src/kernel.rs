@@ -7,7 +7,7 @@
 
 use crate::collider::reach_box;
 use crate::few::Few;
-use crate::geometry::{Aabb, ContactPoint};
+use crate::geometry::{Aabb, ContactPoint, Guess};
 use carom_math::{Column, Pose, Rotation, Space};
 use std::fmt::Debug;
 
@@ -119,6 +119,10 @@ pub trait Kernel: Space {
     fn bounds_of(core: &Self::Core, pose: &Pose<Self>) -> Aabb<Self> {
         reach_box(pose, |d| Self::support(core, d).0)
     }
+    /// True for a core with a curved surface of its own.
+    fn is_curved(_core: &Self::Core) -> bool {
+        false
+    }
     /// Largest distance of the core from its frame's origin \[m\].
     fn size(core: &Self::Core) -> f64;
     /// The points that a wall with this inward direction would meet first, with their names; the farthest
@@ -127,12 +131,14 @@ pub trait Kernel: Space {
     /// The points that the inside of a ball about `from` would meet first: all corners, and the farthest points of rims,
     /// with their names.
     fn corners(core: &Self::Core, from: Self::Vector, out: &mut Ring<Self>);
-    /// The largest s(n), or `None` when it exceeds `reach` \[m\].
+    /// The largest s(n), or `None` when it exceeds `reach` \[m\]. A `guess` at its direction n takes work off the
+    /// search and no bit of its answer is another; it is left as a guess for the next time, for the cores alone.
     fn separation(
         a: &Self::Core,
         b: &Self::Core,
         b_in_a: &Pose<Self>,
         reach: f64,
+        guess: &mut Guess<Self>,
     ) -> Option<Separation<Self>>;
     /// Where the faces of the two cores overlap as seen along `found.normal`, gaps up to `reach`, in place of what
     /// `out` held.
@@ -147,8 +153,15 @@ pub trait Kernel: Space {
         out: &mut Touches<Self>,
     );
     /// Appends the contact points of two swept cores with gaps up to `margin` \[m\] in one go, where there is a way for
-    /// these cores, their names distinct; false where there is none. It says what `separation` and `manifold` say, but for rounding.
-    fn together(_a: Swept<Self>, _b: Swept<Self>, _margin: f64, _out: &mut Vec<ContactPoint<Self>>) -> bool {
+    /// these cores, their names distinct; false where there is none. Where they are farther apart `apart` may become a gap that
+    /// they have at least \[m\]. It says what `separation` and `manifold` say, but for rounding.
+    fn together(
+        _a: Swept<Self>,
+        _b: Swept<Self>,
+        _margin: f64,
+        _apart: &mut f64,
+        _out: &mut Vec<ContactPoint<Self>>,
+    ) -> bool {
         false
     }
     /// s(n) with the farthest points of both cores.

@@ -61,6 +61,6 @@ mod wall;
 pub use broad_phase::BroadPhase;
 pub use collider::Collider;
 pub use decompose::{Decomposition, decompose};
-pub use geometry::{Aabb, Closest, ContactPoint, Geometry, RayHit, ShapeError};
+pub use geometry::{Aabb, Closest, ContactPoint, Geometry, Guess, RayHit, ShapeError};
 pub use mass::MassProperties;
 pub use shape::{PlanarPart, PlanarShape, SpatialPart, SpatialShape};

@@ -5,7 +5,7 @@
 use crate::balls::{Ball, ball_on_wall, two_balls};
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::few::Few;
-use crate::geometry::ContactPoint;
+use crate::geometry::{ContactPoint, Guess};
 use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touches, mix, scale};
 use crate::spread::{Places, spread};
 use crate::surface::Verdict;
@@ -38,26 +38,29 @@ struct Found<'a, S: Kernel> {
     smallest: f64,
 }
 
-/// Appends the contact points of two posed colliders with gaps up to `margin` \[m\].
+/// Appends the contact points of two posed colliders with gaps up to `margin` \[m\]; two convex ones use a guess.
 pub(crate) fn contacts<S: Kernel>(
     a: &Collider<S>,
     pose_a: &Pose<S>,
     b: &Collider<S>,
     pose_b: &Pose<S>,
     margin: f64,
+    guess: &mut Guess<S>,
     out: &mut Vec<ContactPoint<S>>,
 ) {
+    guess.apart = f64::NEG_INFINITY;
     if let Some(known) = of_balls((a, pose_a), (b, pose_b), margin) {
         out.extend(known);
         return;
     }
     if let (Form::Convex(core_a, radius_a), Form::Convex(core_b, radius_b)) = (&*a.form, &*b.form) {
         let swept = |core, radius, pose| Swept { core, radius, pose };
-        if S::together(swept(core_a, *radius_a, pose_a), swept(core_b, *radius_b, pose_b), margin, out) {
+        let (one, other) = (swept(core_a, *radius_a, pose_a), swept(core_b, *radius_b, pose_b));
+        if S::together(one, other, margin, &mut guess.apart, out) {
             return;
         }
     }
-    by_pieces(a, pose_a, b, pose_b, margin, out);
+    by_pieces(a, pose_a, b, pose_b, margin, guess, out);
 }
 
 /// The same, piece by piece.
@@ -67,6 +70,7 @@ fn by_pieces<S: Kernel>(
     b: &Collider<S>,
     pose_b: &Pose<S>,
     margin: f64,
+    guess: &mut Guess<S>,
     out: &mut Vec<ContactPoint<S>>,
 ) {
     let first = out.len();
@@ -77,7 +81,7 @@ fn by_pieces<S: Kernel>(
             let piece =
                 |core, radius, pose: &Pose<S>| Piece { core, radius, pose: *pose, facet: None, name: 0 };
             let (a, b) = (piece(core_a, *radius_a, pose_a), piece(core_b, *radius_b, pose_b));
-            found.pieces(&a, &b);
+            found.pieces(&a, &b, guess);
         }
         (of_a, of_b) => match (Wall::of(of_a, pose_a), Wall::of(of_b, pose_b)) {
             (_, Some(wall)) => found.wall(a, pose_a, 0, &wall, false),
@@ -136,18 +140,20 @@ impl<S: Kernel> Found<'_, S> {
                 };
                 leaves(b, pose_b, 0, &Query { box_in: &box_of_a, limit: &limit }, &mut |leaf| match leaf {
                     Leaf::Wall(wall, _) => self.piece_on_wall(a, &wall, false),
-                    Leaf::Piece(b) => self.pieces(a, b),
+                    Leaf::Piece(b) => self.pieces(a, b, &mut Guess::default()),
                 });
             }
         });
     }
 
     /// Contacts of two convex pieces.
-    fn pieces(&mut self, a: &Piece<S>, b: &Piece<S>) {
+    fn pieces(&mut self, a: &Piece<S>, b: &Piece<S>, guess: &mut Guess<S>) {
         let place = a.pose.inverse().compose(&b.pose);
         let radii = a.radius + b.radius;
         let reach = self.margin + radii;
-        let Some((found, witnessed, smallest)) = direction(a, b, &place, reach) else { return };
+        let found = direction(a, b, &place, reach, guess);
+        guess.apart -= radii;
+        let Some((found, witnessed, smallest)) = found else { return };
         if found.gap > reach {
             return;
         }
@@ -246,6 +252,7 @@ fn direction<S: Kernel>(
     b: &Piece<S>,
     place: &Pose<S>,
     reach: f64,
+    guess: &mut Guess<S>,
 ) -> Option<(Separation<S>, bool, f64)> {
     let along = |normal| S::along(a.core, b.core, place, normal);
     let (of_a, of_b) = (|d: S::Vector| -d, |d: S::Vector| place.rotation.rotate(d));
@@ -260,7 +267,7 @@ fn direction<S: Kernel>(
         let (found, witnessed) = turned(a, b, place, along(normal), slack());
         return Some((found, witnessed, found.gap));
     }
-    let found = S::separation(a.core, b.core, place, reach)?;
+    let found = S::separation(a.core, b.core, place, reach, guess)?;
     let mut best = (found, true);
     if let Some(facet) = b.facet {
         match facet.judge(place.rotation.unrotate(found.normal), &|d| along(of_b(d)).gap) {
@@ -373,8 +380,8 @@ mod tests {
     fn agree<S: Kernel>(a: &Collider<S>, b: &Collider<S>, poses: [Pose<S>; 2], margin: f64) -> usize {
         let [pose_a, pose_b] = poses;
         let (mut one, mut other) = (Vec::new(), Vec::new());
-        contacts(a, &pose_a, b, &pose_b, margin, &mut one);
-        by_pieces(a, &pose_a, b, &pose_b, margin, &mut other);
+        contacts(a, &pose_a, b, &pose_b, margin, &mut Guess::default(), &mut one);
+        by_pieces(a, &pose_a, b, &pose_b, margin, &mut Guess::default(), &mut other);
         let same = |p: &ContactPoint<S>, q: &ContactPoint<S>| {
             p.feature == q.feature
                 && (p.point - q.point).norm() < 1e-11
@@ -451,5 +458,45 @@ mod tests {
             }
         }
         assert!(points > 20_000);
+    }
+
+    #[test]
+    fn a_guess_changes_no_bit() {
+        let mut number = numbers();
+        let mut hull = |corners: usize, size: f64| {
+            let mut corner = || vec3(number(), number(), number()).normalized().unwrap_or(Vec3::ZERO);
+            let points = (0..corners).map(|_| corner() * size).collect();
+            Spatial::collider(&SpatialShape::ConvexHull { points }).expect("a hull")
+        };
+        let mut all: Vec<Collider<Spatial>> = vec![hull(24, 0.5), hull(12, 0.6), hull(40, 0.4)];
+        let others = [
+            SpatialShape::Box { size: [1.0, 0.8, 0.3] },
+            SpatialShape::Capsule { length: 0.6, radius: 0.2 },
+            SpatialShape::Cylinder { height: 0.7, radius: 0.3 },
+        ];
+        all.extend(others.iter().map(|s| Spatial::collider(s).expect("a shape")));
+        let (mut points, mut none) = (0, 0);
+        for a in &all {
+            for b in &all {
+                let mut guess = Guess::default();
+                let (mut place, mut turn) = (vec3(0.0, 0.0, 0.9), Vec3::ZERO);
+                for k in 0..300 {
+                    // on a way about, and somewhere else now and then
+                    let step = if k % 50 == 0 { 0.3 } else { 0.01 };
+                    place += vec3(number(), number(), number()) * step;
+                    place = place * (0.8 / place.norm()).min(1.0);
+                    turn += vec3(number(), number(), number()) * step;
+                    let poses = [Pose::default(), Pose::new(place, Quaternion::about(turn))];
+                    let (mut one, mut other) = (Vec::new(), Vec::new());
+                    Spatial::contacts(a, &poses[0], b, &poses[1], 0.02, &mut one);
+                    Spatial::contacts_near((a, &poses[0]), (b, &poses[1]), 0.02, &mut guess, &mut other);
+                    assert_eq!(one, other, "{a:?}\n{b:?}\n{poses:?}");
+                    points += one.len();
+                    none += usize::from(one.is_empty());
+                    assert!(one.is_empty() || guess.apart <= 0.02 || guess.apart == f64::NEG_INFINITY);
+                }
+            }
+        }
+        assert!(points > 2_000 && none > 1_000, "{points} points, {none} times none");
     }
 }

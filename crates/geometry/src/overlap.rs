@@ -37,7 +37,8 @@ impl Support for Opposite<'_, '_> {
 impl Pair<'_> {
     /// The best face normal or pair of crossed edges of two flat cores that touch or overlap.
     pub fn overlap(&self, a: &View, b: &View) -> Option<Separation<Spatial>> {
-        let face = self.best_face(a, b, f64::INFINITY).or_else(|| self.best_side(a, b));
+        let face =
+            self.best_face(a, b, f64::INFINITY, self.between_centers()).or_else(|| self.best_side(a, b));
         self.best_of_crossings(a, b, face)
     }
 
@@ -94,18 +95,19 @@ impl Pair<'_> {
     }
 
     /// The best face normal of either core; a's faces win ties. The witnesses are the corner that meets the face
-    /// and its foot there. The first face beyond `reach` \[m\] ends the search.
-    pub fn best_face(&self, a: &View, b: &View, reach: f64) -> Option<Separation<Spatial>> {
-        let of_a = self.best_face_of_a(a, b, reach);
+    /// and its foot there. The first face beyond `reach` \[m\] ends the search, which begins with the corners that meet
+    /// along `toward`: the nearer that is to what will be found, the shorter the search.
+    pub fn best_face(&self, a: &View, b: &View, reach: f64, toward: Vec3) -> Option<Separation<Spatial>> {
+        let of_a = self.best_face_of_a(a, b, reach, toward);
         if of_a.is_some_and(|s| s.gap > reach) {
             return of_a;
         }
         let floor = of_a.map_or(f64::NEG_INFINITY, |s| s.gap + BIAS * self.scale);
-        self.best_face_of_b(a, b, [floor, reach]).or(of_a)
+        self.best_face_of_b(a, b, [floor, reach], toward).or(of_a)
     }
 
-    fn best_face_of_a(&self, a: &View, b: &View, reach: f64) -> Option<Separation<Spatial>> {
-        let (bias, toward) = (BIAS * self.scale, self.between_centers());
+    fn best_face_of_a(&self, a: &View, b: &View, reach: f64, toward: Vec3) -> Option<Separation<Spatial>> {
+        let bias = BIAS * self.scale;
         let point = self.point_in_a(self.b.support(self.to_frame_b(toward)).0);
         if let Some(planes) = a.planes {
             let support = Opposite { pair: self, view: b, of_a: false };
@@ -130,9 +132,15 @@ impl Pair<'_> {
     }
 
     /// The best face of b, if its s(n) is beyond `floor` \[m\].
-    fn best_face_of_b(&self, a: &View, b: &View, [floor, reach]: [f64; 2]) -> Option<Separation<Spatial>> {
+    fn best_face_of_b(
+        &self,
+        a: &View,
+        b: &View,
+        [floor, reach]: [f64; 2],
+        toward: Vec3,
+    ) -> Option<Separation<Spatial>> {
         let bias = BIAS * self.scale;
-        let mut corner = self.a.support(-self.between_centers()).0;
+        let mut corner = self.a.support(-toward).0;
         let placed = |f: &Face| {
             let normal = self.to_frame_a(f.normal);
             (normal, f.offset + normal.dot(self.place.position))

@@ -3,7 +3,7 @@
 //! that face each other. Knows no radii and no composite shapes.
 
 use crate::core_planar::{PlanarCore, edge_normal};
-use crate::geometry::{Aabb, ContactPoint};
+use crate::geometry::{Aabb, ContactPoint, Guess};
 use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches, scale};
 use crate::polygons;
 use carom_math::{Column, Planar, Pose, Rotation, Vec2, vec2};
@@ -66,6 +66,7 @@ impl Kernel for Planar {
         b: &PlanarCore,
         b_in_a: &Pose<Planar>,
         reach: f64,
+        _: &mut Guess<Planar>,
     ) -> Option<Separation<Planar>> {
         let scale = scale::<Planar>(a, b, b_in_a);
         let tolerance = ROUNDING * scale;
@@ -81,7 +82,13 @@ impl Kernel for Planar {
         }
         best.filter(|s| s.gap <= reach)
     }
-    fn together(a: Swept<Self>, b: Swept<Self>, margin: f64, out: &mut Vec<ContactPoint<Self>>) -> bool {
+    fn together(
+        a: Swept<Self>,
+        b: Swept<Self>,
+        margin: f64,
+        _apart: &mut f64,
+        out: &mut Vec<ContactPoint<Self>>,
+    ) -> bool {
         polygons::contacts(&a, &b, margin, out)
     }
     fn manifold(

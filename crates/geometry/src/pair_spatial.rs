@@ -5,7 +5,7 @@ use crate::boxes::bounds_of_box;
 use crate::clip::{Patch, overlap};
 use crate::collider::reach_box;
 use crate::core_spatial::SpatialCore;
-use crate::geometry::{Aabb, ContactPoint};
+use crate::geometry::{Aabb, ContactPoint, Guess};
 use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches};
 use crate::polytope::triangle_normal;
 use crate::separate::Pair;
@@ -45,11 +45,20 @@ impl Kernel for Spatial {
         core.support(direction)
     }
     fn bounds_of(core: &SpatialCore, pose: &Pose<Spatial>) -> Aabb<Spatial> {
-        let half = if let SpatialCore::Polytope(p) = core { p.half } else { None };
-        match half {
-            Some(half) => bounds_of_box(half, pose),
-            None => reach_box(pose, |d| core.support(d).0),
+        match core {
+            SpatialCore::Polytope(p) => match p.half {
+                Some(half) => bounds_of_box(half, pose),
+                None => {
+                    let spans = p.spans(&pose.rotation.matrix());
+                    let at = |k: usize| Vec3::from_fn(|i| pose.position[i] + spans[i][k]);
+                    Aabb { min: at(0), max: at(1) }
+                }
+            },
+            _ => reach_box(pose, |d| core.support(d).0),
         }
+    }
+    fn is_curved(core: &SpatialCore) -> bool {
+        matches!(core, SpatialCore::Round(_))
     }
     fn size(core: &SpatialCore) -> f64 {
         core.size()
@@ -71,11 +80,18 @@ impl Kernel for Spatial {
         b: &SpatialCore,
         b_in_a: &Pose<Spatial>,
         reach: f64,
+        guess: &mut Guess<Spatial>,
     ) -> Option<Separation<Spatial>> {
-        Pair::new(a, b, b_in_a).separation(reach)
+        Pair::new(a, b, b_in_a).separation_near(reach, guess)
     }
-    fn together(a: Swept<Self>, b: Swept<Self>, margin: f64, out: &mut Vec<ContactPoint<Self>>) -> bool {
-        two_boxes::contacts(&a, &b, margin, out)
+    fn together(
+        a: Swept<Self>,
+        b: Swept<Self>,
+        margin: f64,
+        apart: &mut f64,
+        out: &mut Vec<ContactPoint<Self>>,
+    ) -> bool {
+        two_boxes::contacts(&a, &b, margin, apart, out)
     }
     fn manifold(
         a: &SpatialCore,

@@ -4,7 +4,7 @@
 use crate::check;
 use crate::collider::Collider;
 use crate::core_planar::PlanarCore;
-use crate::geometry::{Aabb, Closest, ContactPoint, Geometry, RayHit, ShapeError};
+use crate::geometry::{Aabb, Closest, ContactPoint, Geometry, Guess, RayHit, ShapeError};
 use crate::hull::convex_hull_planar;
 use crate::kernel::Kernel;
 use crate::mass::MassProperties;
@@ -57,7 +57,19 @@ impl Geometry for Planar {
         margin: f64,
         out: &mut Vec<ContactPoint<Self>>,
     ) {
-        narrow::contacts(a, pose_a, b, pose_b, margin, out);
+        narrow::contacts(a, pose_a, b, pose_b, margin, &mut Guess::default(), out);
+    }
+    fn contacts_near(
+        (a, pose_a): (&Self::Collider, &Pose<Self>),
+        (b, pose_b): (&Self::Collider, &Pose<Self>),
+        margin: f64,
+        guess: &mut Guess<Self>,
+        out: &mut Vec<ContactPoint<Self>>,
+    ) {
+        narrow::contacts(a, pose_a, b, pose_b, margin, guess, out);
+    }
+    fn is_angular(collider: &Self::Collider) -> bool {
+        collider.is_angular()
     }
     fn touch_once(a: &Self::Collider, b: &Self::Collider) -> bool {
         narrow::touch_once(a, b)

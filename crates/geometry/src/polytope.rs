@@ -199,6 +199,11 @@ impl Polytope {
         let (index, _) = self.columns[0].farthest(direction);
         (self.points[index], index as u32)
     }
+    /// Least and most of the corners along each of three directions, of what is no box \[m\].
+    #[inline]
+    pub fn spans(&self, directions: &[[f64; 3]; 3]) -> [[f64; 2]; 3] {
+        self.columns[0].spans(directions)
+    }
     /// As a borrowed polytope.
     #[inline]
     pub fn view(&self) -> View<'_> {

@@ -3,7 +3,7 @@
 //! pass the surface and stop on it after one step per flat face. Knows no bodies.
 
 use crate::collider::{Collider, Leaf, Piece, Query, leaves, reach_box};
-use crate::geometry::{Aabb, Closest, RayHit};
+use crate::geometry::{Aabb, Closest, Guess, RayHit};
 use crate::kernel::{Kernel, Touches};
 use crate::wall::{Facing, Wall};
 use carom_math::{Column, Pose, Rotation};
@@ -70,7 +70,7 @@ fn on_wall<S: Kernel>(piece: &Piece<S>, wall: &Wall<S>) -> Closest<S> {
 fn nearest<S: Kernel>(a: &Piece<S>, b: &Piece<S>, reach: f64) -> Option<Closest<S>> {
     let place = a.pose.inverse().compose(&b.pose);
     let radii = a.radius + b.radius;
-    let found = S::separation(a.core, b.core, &place, reach + radii)?;
+    let found = S::separation(a.core, b.core, &place, reach + radii, &mut Guess::default())?;
     let mut touches = Touches::<S>::default();
     S::manifold(a.core, b.core, &place, &found, true, f64::INFINITY, &mut touches);
     let deepest = touches.iter().copied().reduce(|best, t| if t.gap < best.gap { t } else { best })?;
@@ -170,7 +170,8 @@ fn piece_hit<S: Kernel>(
     let mut previous: Option<S::Vector> = None;
     for step in 0..STEPS {
         let point = origin + direction * t;
-        let found = S::separation(&S::dot(point), core, &Pose::default(), f64::INFINITY)?;
+        let found =
+            S::separation(&S::dot(point), core, &Pose::default(), f64::INFINITY, &mut Guess::default())?;
         let gap = found.gap - radius;
         let scale = point.norm() + S::size(core) + radius;
         let next = t + gap / -found.normal.dot(direction);

@@ -4,6 +4,7 @@
 
 use crate::core_spatial::SpatialCore;
 use crate::few::Few;
+use crate::geometry::Guess;
 use crate::gjk::{Corner, Outcome, nearest};
 use crate::kernel::{Kernel, Label, NONE, Separation};
 use crate::polytope::View;
@@ -80,26 +81,52 @@ impl<'a> Pair<'a> {
     }
     /// The direction of the largest s(n), or `None` when that exceeds `reach`.
     pub fn separation(&self, reach: f64) -> Option<Separation<Spatial>> {
-        match (self.a, self.b) {
+        self.separation_near(reach, &mut Guess::default())
+    }
+
+    /// The same from a guess at the direction (see `Kernel::separation`): where it shows the cores apart nothing is
+    /// searched, by more than rounding, so that a search would have found the same.
+    pub fn separation_near(&self, reach: f64, guess: &mut Guess<Spatial>) -> Option<Separation<Spatial>> {
+        if let Some(direction) = guess.direction {
+            let apart = self.along(direction).gap;
+            if apart > reach + NEAR * self.scale {
+                guess.apart = apart;
+                return None;
+            }
+        }
+        let found = match (self.a, self.b) {
             (SpatialCore::Point(p), SpatialCore::Round(_)) => self.point_and_round(p[0], true),
             (SpatialCore::Round(_), SpatialCore::Point(p)) => self.point_and_round(p[0], false),
             _ => match (self.a.view(), self.b.view()) {
-                (Some(a), Some(b)) => self.flat(&a, &b, reach),
-                _ => self.curved(reach),
+                (Some(a), Some(b)) => self.flat(&a, &b, reach, guess),
+                _ => self.curved(reach, guess),
             },
+        };
+        if let Some(found) = &found {
+            *guess = Guess { direction: Some(found.normal), apart: found.gap };
         }
-        .filter(|s| s.gap <= reach)
+        found.filter(|s| s.gap <= reach)
     }
 
-    fn flat(&self, a: &View, b: &View, reach: f64) -> Option<Separation<Spatial>> {
+    fn flat(
+        &self,
+        a: &View,
+        b: &View,
+        reach: f64,
+        guess: &mut Guess<Spatial>,
+    ) -> Option<Separation<Spatial>> {
         let faced = !a.faces.is_empty() && !b.faces.is_empty();
+        let mut start = self.between_centers();
         let few = a.faces.len() + b.faces.len() <= FEW_FACES;
-        if let Some(known) = if faced && few { self.by_axes(a, b, reach) } else { None } {
+        if let Some(known) = if faced && few { self.by_axes(a, b, reach, guess, &mut start) } else { None } {
             return known;
         }
         let support = |d| self.corner(d, Vec3::ZERO);
-        match nearest(&support, self.between_centers(), reach, self.scale) {
-            Outcome::Beyond => None,
+        match nearest(&support, start, reach, self.scale) {
+            Outcome::Beyond(direction, apart) => {
+                *guess = Guess { direction: direction.normalized(), apart };
+                None
+            }
             Outcome::Apart(point, simplex) if point.norm() > NEAR * self.scale => {
                 let (on_a, on_b) = simplex.witnesses();
                 let label = label_of(simplex.corners());
@@ -121,15 +148,24 @@ impl<'a> Pair<'a> {
     }
 
     /// What the axes of two cores with faces settle without a distance search: beyond reach, a corner standing over a face,
-    /// an overlap. `None` leaves it open.
-    fn by_axes(&self, a: &View, b: &View, reach: f64) -> Option<Option<Separation<Spatial>>> {
+    /// an overlap. `None` leaves it open, and `start` is then the best face's direction where that is known.
+    fn by_axes(
+        &self,
+        a: &View,
+        b: &View,
+        reach: f64,
+        guess: &mut Guess<Spatial>,
+        start: &mut Vec3,
+    ) -> Option<Option<Separation<Spatial>>> {
         if let (Some(half_a), Some(half_b)) = (a.half, b.half) {
             return self.by_axes_of_boxes(a, b, [half_a, half_b], reach);
         }
-        let face = self.best_face(a, b, reach)?;
+        let face = self.best_face(a, b, reach, guess.direction.unwrap_or_else(|| self.between_centers()))?;
         if face.gap > reach {
+            *guess = Guess { direction: Some(face.normal), apart: face.gap };
             return Some(None);
         }
+        *start = face.normal;
         if face.gap > NEAR * self.scale {
             return self.stands_over_face(a, b, &face).then_some(Some(face));
         }
@@ -203,7 +239,8 @@ impl<'a> Pair<'a> {
             if across > 0.0 { vec3(local[0] / across, local[1] / across, 0.0) } else { vec3(1.0, 0.0, 0.0) };
         let lift = |v: Vec2| radial * v[0] + vec3(0.0, 0.0, v[1]);
         let dot = Planar::dot(vec2(across, local[2]));
-        let flat = Planar::separation(&dot, &round.section, &Pose::default(), f64::INFINITY)?;
+        let flat =
+            Planar::separation(&dot, &round.section, &Pose::default(), f64::INFINITY, &mut Guess::default())?;
         let (normal, on_round) = (lift(flat.normal), lift(flat.on_b));
         let name = |feature: [u32; 2]| if feature == [NONE, NONE] { [0, NONE] } else { feature };
         let (of_point, of_round) = (name(flat.label.a), name(flat.label.b));

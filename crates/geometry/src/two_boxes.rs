@@ -15,14 +15,16 @@ use carom_math::lanes::{Four, Job, Lanes, dispatch};
 use carom_math::{Column, Pose, Quaternion, Rotation, Spatial, Vec3, vec3};
 
 /// Appends the contact points of two boxes with gaps up to `margin` \[m\], their names distinct; false where one is no box.
+/// Where faces show them farther apart, `apart` becomes by how much \[m\].
 pub fn contacts(
     a: &Swept<Spatial>,
     b: &Swept<Spatial>,
     margin: f64,
+    apart: &mut f64,
     out: &mut Vec<ContactPoint<Spatial>>,
 ) -> bool {
     let Some(boxes) = Boxes::of([a, b], margin) else { return false };
-    dispatch(Tell { boxes, out });
+    dispatch(Tell { boxes, apart, out });
     true
 }
 
@@ -72,6 +74,7 @@ fn from<L: Lanes>(lanes: L, column: &[f64; 8], first: usize) -> L::Four {
 /// Tells of the contacts of two boxes.
 struct Tell<'a, 'b, 'c> {
     boxes: Boxes<'a, 'b>,
+    apart: &'c mut f64,
     out: &'c mut Vec<ContactPoint<Spatial>>,
 }
 
@@ -79,13 +82,15 @@ impl Job for Tell<'_, '_, '_> {
     type Output = ();
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
-        let Tell { boxes, out } = self;
+        let Tell { boxes, apart, out } = self;
         let mut touches = Touches::<Spatial>::default();
-        boxes.touches(lanes, &mut touches);
+        let ([a, b], first) = (boxes.swept, out.len());
+        if let Some(gap) = boxes.touches(lanes, &mut touches) {
+            *apart = gap - (a.radius + b.radius);
+        }
         if touches.is_empty() {
             return;
         }
-        let ([a, b], first) = (boxes.swept, out.len());
         let m = a.pose.rotation.matrix();
         let turned = |v: Vec3| vec3(dot(m[0], v), dot(m[1], v), dot(m[2], v));
         let (normal, radii) = (turned(touches[0].normal), a.radius + b.radius);
@@ -125,17 +130,20 @@ impl<'a, 'b> Boxes<'a, 'b> {
 }
 
 impl Boxes<'_, '_> {
+    /// Where they touch; the largest s(n) of a face where that is beyond reach \[m\].
     #[inline(always)]
-    fn touches<L: Lanes>(&self, lanes: L, out: &mut Touches<Spatial>) {
+    fn touches<L: Lanes>(&self, lanes: L, out: &mut Touches<Spatial>) -> Option<f64> {
         let axes = self.axes();
-        let Some(face) = axes.best_face(lanes, self.scale, self.reach) else { return };
+        let face = match axes.best_face(lanes, self.scale, self.reach) {
+            Ok(face) => face,
+            Err(beyond) => return Some(beyond),
+        };
         let mut found = face;
         // where a point of the one box stands over the face of the other as near as that, the face has the last word
         let mut asks = face.gap <= NEAR * self.scale;
         loop {
             if asks {
-                let Some(best) = self.best(lanes, &axes, face) else { return };
-                found = best;
+                found = self.best(lanes, &axes, face)?;
             }
             let nearest = self.facing(lanes, &axes, found.normal, out);
             if asks || nearest <= face.gap + separate::ROUNDING * self.scale {
@@ -145,6 +153,7 @@ impl Boxes<'_, '_> {
             out.clear();
         }
         settle(&found, self.scale, self.reach, out);
+        None
     }
 
     /// The direction of the largest s(n), given that of the best face; `None` beyond reach.
@@ -268,9 +277,9 @@ impl Axes {
         )
     }
 
-    /// The best face normal of either box, `None` beyond reach; a's faces win ties, and of each those before.
+    /// The best face normal of either box, its s(n) alone beyond reach; a's faces win ties, and of each those before.
     #[inline(always)]
-    fn best_face<L: Lanes>(&self, lanes: L, scale: f64, reach: f64) -> Option<Separation<Spatial>> {
+    fn best_face<L: Lanes>(&self, lanes: L, scale: f64, reach: f64) -> Result<Separation<Spatial>, f64> {
         let (m, [g, h], bias) = (&self.columns, self.halves, BIAS * scale);
         let four = |x: f64| lanes.four_of(x);
         let [c0, c1, c2] = [from(lanes, &m[0], 0), from(lanes, &m[1], 0), from(lanes, &m[2], 0)];
@@ -284,7 +293,7 @@ impl Axes {
         let most_a = of_a[0].max(of_a[1]).max(of_a[2]);
         let most = most_a.max(of_b[0]).max(of_b[1]).max(of_b[2]);
         if most > reach {
-            return None;
+            return Err(most);
         }
         let least = most - bias;
         let first = |gaps: &[f64; 4]| {
@@ -299,11 +308,11 @@ impl Axes {
         if most_a >= least {
             let k = first(&of_a);
             let sign = if 2.0 * self.place[k] < -bias { -1.0 } else { 1.0 };
-            Some(self.along_face_of_a(k, sign))
+            Ok(self.along_face_of_a(k, sign))
         } else {
             let k = first(&of_b);
             let sign = if 2.0 * along.store()[k] > bias { -1.0 } else { 1.0 };
-            Some(self.along_face_of_b(k, sign))
+            Ok(self.along_face_of_b(k, sign))
         }
     }
 
@@ -471,10 +480,17 @@ mod tests {
                         Swept { core: b, radius: 0.1, pose: &origin },
                     );
                     let (mut one, mut all) = (Vec::new(), Vec::new());
-                    let tell = |out| Tell { boxes: Boxes::of([&own, &other], 0.1).expect("boxes"), out };
-                    dispatch(tell(&mut one));
-                    Portable.run(tell(&mut all));
+                    let mut apart = [f64::NEG_INFINITY; 2];
+                    let boxes = || Boxes::of([&own, &other], 0.1).expect("boxes");
+                    let [of_one, of_all] = &mut apart;
+                    dispatch(Tell { boxes: boxes(), apart: of_one, out: &mut one });
+                    Portable.run(Tell { boxes: boxes(), apart: of_all, out: &mut all });
                     assert_eq!(one, all);
+                    assert_eq!(apart[0], apart[1]);
+                    let found = Pair::new(own.core, other.core, &own.pose.inverse().compose(other.pose))
+                        .separation(9.0);
+                    let distance = found.map_or(f64::INFINITY, |found| found.gap);
+                    assert!(apart[0] <= distance + 1e-9, "{apart:?} of {distance}");
                     points += one.len();
                 }
             }

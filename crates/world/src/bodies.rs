@@ -90,6 +90,8 @@ pub struct BodyData<S: Geometry> {
     /// Farthest that turning can carry a point of the surface, per radian \[m\]: 0 for discs and balls about their
     /// centre of mass, infinite for half-planes.
     pub turning_arm: f64,
+    /// The shape has faces, edges and corners alone.
+    pub is_angular: bool,
     /// Coefficient of friction \[1\].
     pub friction: f64,
     /// Coefficient of rolling friction \[m\].
@@ -370,6 +372,7 @@ impl<S: Geometry> Bodies<S> {
             axes,
             extent: spec.shape.as_ref().map_or(0.0, S::extent),
             turning_arm: turning_arm::<S>(spec.shape.as_ref(), collider.as_ref(), mass_properties.center),
+            is_angular: collider.as_ref().is_some_and(S::is_angular),
             mass_properties,
             shape: spec.shape,
             collider,

@@ -2,6 +2,7 @@
 //! in its own; who asks holds each pair's present boxes against each other. It decides nothing but the work: the pairs
 //! whose boxes overlap are the same, in the same order. Where pairs do not last, nothing is made larger for a while.
 
+use crate::remembered::{Remembered, hand_on};
 use carom_geometry::Aabb;
 use carom_geometry::broad_phase::{BroadPhase, Changed};
 use carom_math::Space;
@@ -18,6 +19,9 @@ const PAUSE: u32 = 16;
 pub(crate) struct Lasting<S: Space> {
     boxes: Vec<Aabb<S>>,
     pairs: Vec<(u32, u32)>,
+    /// What the narrow phase remembers of each pair, and room for what it will.
+    remembered: Vec<Remembered>,
+    room: Vec<Remembered>,
     /// Steps that the pairs stood for.
     lasted: u32,
     /// Searches to come that give no room.
@@ -26,16 +30,16 @@ pub(crate) struct Lasting<S: Space> {
 
 impl<S: Space> Lasting<S> {
     /// All pairs of boxes that overlap or touch, one of them movable, and perhaps some that do not, in lexicographic order. Who may
-    /// pair is asked by the caller at every step, for it may change while boxes stand.
+    /// pair is asked by the caller at every step, for it may change while boxes stand. With them what is remembered of each.
     pub fn update(
         &mut self,
         broad: &mut BroadPhase<S>,
         (bounds, movable): (&[Aabb<S>], &[bool]),
         changed: Changed<'_>,
-    ) -> &[(u32, u32)] {
+    ) -> (&[(u32, u32)], &[Remembered]) {
         if self.stand(bounds, &changed) {
             self.lasted += 1;
-            return &self.pairs;
+            return (&self.pairs, &self.remembered);
         }
         if !self.boxes.is_empty() && self.lasted < SOME && self.pause == 0 {
             self.pause = PAUSE;
@@ -53,9 +57,11 @@ impl<S: Space> Lasting<S> {
         for k in changed.others.iter().map(|k| *k as usize) {
             self.boxes[k] = if bounds[k].is_finite() { bounds[k].grown(room) } else { bounds[k] };
         }
+        let pairs = broad.update_some(&self.boxes, movable, changed, &|_, _| true);
+        hand_on((&self.pairs, &mut self.remembered), pairs, &mut self.room);
         self.pairs.clear();
-        self.pairs.extend_from_slice(broad.update_some(&self.boxes, movable, changed, &|_, _| true));
-        &self.pairs
+        self.pairs.extend_from_slice(pairs);
+        (&self.pairs, &self.remembered)
     }
 
     /// Whether everybody is in the box that it was looked for in.
@@ -71,6 +77,12 @@ impl<S: Space> Lasting<S> {
     /// Forgets the pairs.
     pub fn forget(&mut self) {
         self.boxes.clear();
+        self.forget_looks();
+    }
+
+    /// Forgets what is remembered of pairs.
+    pub fn forget_looks(&mut self) {
+        self.remembered.clear();
     }
 }
 
@@ -115,7 +127,7 @@ mod tests {
                 stands_as_before: step > 0,
                 sleeps_as_before: step > 0,
             };
-            let found = lasting.update(&mut broad, (&bounds, &movable), changed);
+            let (found, _) = lasting.update(&mut broad, (&bounds, &movable), changed);
             let meet = |(i, j): &&(u32, u32)| bounds[*i as usize].overlaps(&bounds[*j as usize]);
             let found: Vec<(u32, u32)> = found.iter().filter(meet).copied().collect();
             assert_eq!(found, anew.update(&bounds, &movable, &|_, _| true), "step {step}");

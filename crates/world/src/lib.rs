@@ -19,6 +19,7 @@ pub mod material;
 pub mod mid_step;
 pub mod narrow_phase;
 pub mod observe;
+mod remembered;
 pub mod settings;
 pub mod sleep;
 pub mod snapshot;

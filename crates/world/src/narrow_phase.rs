@@ -5,11 +5,12 @@ use crate::ahead::Ahead;
 use crate::bodies::Bodies;
 use crate::lasting::Lasting;
 use crate::material::Coefficients;
+use crate::remembered::Remembered;
 use crate::settings::{Scheme, Settings};
 use carom_geometry::broad_phase::{BroadPhase, Changed};
 use carom_geometry::{Aabb, ContactPoint, Geometry};
 use carom_math::workers::Memory;
-use carom_math::{Column, Pose, Space, Workers};
+use carom_math::{Column, Pose, Rotation, Space, Workers};
 
 /// One contact between two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +50,10 @@ pub struct Near<'a, S: Geometry> {
     pub b: usize,
     colliders: [&'a S::Collider; 2],
     poses: [&'a Pose<S>; 2],
+    /// What is remembered of the pair.
+    remembered: Option<&'a Remembered>,
+    /// Ways that points of both surfaces have behind them \[m\].
+    ways: f64,
     /// How fast their surfaces can come towards each other, where that was asked \[m/s\].
     pub closing: Option<f64>,
     /// Contacts are looked for up to this gap \[m\].
@@ -59,7 +64,14 @@ impl<S: Geometry> Near<'_, S> {
     /// Appends their contact points.
     pub fn contacts(&self, out: &mut Vec<ContactPoint<S>>) {
         let ([a, b], [pose_a, pose_b]) = (self.colliders, self.poses);
-        S::contacts(a, pose_a, b, pose_b, self.margin, out);
+        let Some(remembered) = self.remembered else {
+            return S::contacts(a, pose_a, b, pose_b, self.margin, out);
+        };
+        if !remembered.is_apart(self.ways, self.margin) {
+            let mut guess = remembered.guess::<S>();
+            S::contacts_near((a, pose_a), (b, pose_b), self.margin, &mut guess, out);
+            remembered.learn(&guess, self.ways);
+        }
     }
 }
 
@@ -116,6 +128,8 @@ pub struct NarrowPhase<S: Geometry> {
     bounds: Vec<Aabb<S>>,
     margins: Vec<f64>,
     poses: Vec<Pose<S>>,
+    /// The way that a point of each body's surface has behind it at most, turning included, since somebody began to count \[m\].
+    ways: Vec<f64>,
     /// Speeds, own ones and those shared with neighbours.
     own: Vec<f64>,
     speeds: Vec<f64>,
@@ -133,6 +147,8 @@ struct Place<S: Geometry> {
     pose: Pose<S>,
     margin: f64,
     speed: f64,
+    /// How far a point of its surface is from the pose's frame at most \[m\]; 0 where turning moves none.
+    reach: f64,
 }
 
 impl<S: Geometry> NarrowPhase<S> {
@@ -167,7 +183,7 @@ impl<S: Geometry> NarrowPhase<S> {
         let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
         let soft = settings.scheme == Scheme::SoftStep && settings.contact_margin.is_none();
         let lasts = soft || settings.contact_margin.is_some();
-        let pairs = if lasts {
+        let (pairs, remembered) = if lasts {
             let boxes = (self.bounds.as_slice(), self.movable.as_slice());
             self.lasting.update(&mut self.broad, boxes, changed)
         } else {
@@ -182,15 +198,15 @@ impl<S: Geometry> NarrowPhase<S> {
                     self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
                 }
                 let changed = Changed { stands_as_before: true, sleeps_as_before: true, ..changed };
-                self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair)
+                (self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair), &[][..])
             } else {
-                self.broad.pairs()
+                (self.broad.pairs(), &[][..])
             }
         };
-        let (margins, poses, bounds) = (&self.margins, &self.poses, &self.bounds);
-        let find = |_, pairs: &[(u32, u32)], found: &mut F::Findings| {
+        let (margins, poses, bounds, ways) = (&self.margins, &self.poses, &self.bounds, &self.ways);
+        let find = |first: usize, pairs: &[(u32, u32)], found: &mut F::Findings| {
             finder.begin(found);
-            for &(i, j) in pairs {
+            for (&(i, j), place) in pairs.iter().zip(first..) {
                 let (i, j) = (i as usize, j as usize);
                 if lasts && !(bounds[i].overlaps(&bounds[j]) && may_pair(i, j)) {
                     continue;
@@ -208,7 +224,16 @@ impl<S: Geometry> NarrowPhase<S> {
                     }
                 }
                 let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
-                let near = Near { a, b, colliders: [ca, cb], poses: [&poses[i], &poses[j]], closing, margin };
+                let near = Near {
+                    a,
+                    b,
+                    colliders: [ca, cb],
+                    poses: [&poses[i], &poses[j]],
+                    remembered: remembered.get(place),
+                    ways: ways[i] + ways[j],
+                    closing,
+                    margin,
+                };
                 finder.look(&near, found);
             }
         };
@@ -271,6 +296,10 @@ impl<S: Geometry> NarrowPhase<S> {
         let count = self.indices.len();
         self.bounds.resize(count, Aabb { min: S::Vector::ZERO, max: S::Vector::ZERO });
         self.poses.resize(count, Pose::default());
+        self.ways.clear();
+        self.ways.resize(count, 0.0);
+        // places may be those of others now
+        self.lasting.forget_looks();
         for column in [&mut self.margins, &mut self.speeds, &mut self.own] {
             column.resize(count, 0.0);
         }
@@ -303,6 +332,7 @@ impl<S: Geometry> NarrowPhase<S> {
     }
 
     fn put(&mut self, k: usize, place: Place<S>) {
+        self.ways[k] += way(&self.poses[k], &place.pose, place.reach);
         (self.speeds[k], self.own[k]) = (place.speed, place.speed);
         self.margins[k] = place.margin;
         self.poses[k] = place.pose;
@@ -312,11 +342,23 @@ impl<S: Geometry> NarrowPhase<S> {
 
 /// Box, pose, speed and margin of a body that has a shape.
 fn place<S: Geometry>(i: usize, ahead: &Ahead<S>) -> Option<Place<S>> {
-    let collider = ahead.bodies.data[i].collider.as_ref()?;
+    let data = &ahead.bodies.data[i];
+    let collider = data.collider.as_ref()?;
+    let reach = data.turning_arm + data.mass_properties.center.norm();
     let speed = ahead.speed(i);
     let margin = ahead.reach(i, speed);
     let pose = ahead.bodies.shape_pose(i);
-    Some(Place { bounds: S::bounds(collider, &pose, margin), pose, margin, speed })
+    Some(Place { bounds: S::bounds(collider, &pose, margin), pose, margin, speed, reach })
+}
+
+/// How far a point that is within `reach` \[m\] of the frame's origin goes at most from one pose to another \[m\]: turning by an angle
+/// moves it by 2 reach sin(angle/2), and the numbers of the two rotations are apart by 2 sin(angle/4) in space, 2 sin(angle/2)
+/// in the plane.
+fn way<S: Geometry>(from: &Pose<S>, to: &Pose<S>, reach: f64) -> f64 {
+    let numbers = from.rotation.as_slice().iter().zip(to.rotation.as_slice());
+    let apart = numbers.map(|(p, q)| (p - q) * (p - q)).sum::<f64>();
+    let turned = if apart > 0.0 { 2.0 * reach * apart.sqrt() } else { 0.0 };
+    (to.position - from.position).norm() + turned
 }
 
 /// Moves all items to the end of a list; of an empty list without a copy.

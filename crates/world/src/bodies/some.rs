@@ -44,6 +44,7 @@ impl<S: Geometry> BodyData<S> {
             collider: self.collider.clone(),
             extent: self.extent,
             turning_arm: self.turning_arm,
+            is_angular: self.is_angular,
             friction: self.friction,
             rolling_friction: self.rolling_friction,
             spinning_friction: self.spinning_friction,

@@ -80,8 +80,8 @@ impl<S: Geometry> World<S> {
         }
         self.stir();
         self.keep_motion(false);
-        self.schemes.soft_step.make_room(&self.bodies);
-        self.spare.1.soft_step.make_room(&self.bodies);
+        self.schemes.soft_step.prepare(&self.bodies);
+        self.spare.1.soft_step.prepare(&self.bodies);
         let ahead = Ahead { bodies: &self.bodies, settings: &self.settings, dt, pulls: &self.pushes.pulls };
         self.narrow_phase.arrange(&ahead);
         Ok(())

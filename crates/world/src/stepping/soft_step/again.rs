@@ -3,8 +3,10 @@
 //! one's motion against it, exactly. With Q and x the turn and the place of a body since then, x' its place then, l the larger and
 //! s the smaller one: a point p of s moved in the frame of l by d + (Q_l^T Q_s - 1)(p - x_s'), d = Q_l^T (x_s - x_l) -
 //! (x_s' - x_l'). It saves the search, and it steadies: points that are found anew at every step jump between corners that
-//! lie on each other, and lose their forces when they do. Only faces on faces: what rolls needs its points anew, and so does
-//! what will move by more than that in the step, which a push may take to parts of the other body that were far.
+//! lie on each other, and lose their forces when they do. Only faces on faces, and corners and edges of bodies that have nothing
+//! else: what rolls needs its points anew, and so does what will move by more than that in the step, which a push may take to
+//! parts of the other body that were far. A corner on a face of the larger body is where it would be found; of other
+//! corners and edges the normal is off by no more than the bodies turned, a hundredth of a radian.
 
 use super::face::Face;
 use super::memory::PatchForce;
@@ -17,29 +19,30 @@ use carom_math::{Column, Rotation, Several};
 /// looked for at least as far.
 pub const AGAIN: f64 = 0.01;
 
-/// Appends the face of a pair that had these patches in the step before, if its points stand.
-pub(super) fn again<'f, S: Geometry>(
+/// Appends the faces of a pair that had these patches in the step before, one of each, and true, if their points stand.
+pub(super) fn again<S: Geometry>(
     ahead: &Ahead<S>,
     (pair, closing): ((usize, usize), Option<f64>),
     known: &[PatchForce<S>],
-    faces: &'f mut Vec<Face<S>>,
-) -> Option<&'f mut Face<S>> {
-    let [patch] = known else { return None };
-    if patch.count < S::DIM {
-        return None;
+    faces: &mut Vec<Face<S>>,
+) -> bool {
+    let data = &ahead.bodies.data;
+    let are_angular = || data[pair.0].is_angular && data[pair.1].is_angular;
+    if known.iter().any(|patch| patch.count < S::DIM) && !are_angular() {
+        return false;
     }
-    let together = Together::<S>::of(ahead, (pair, closing), patch)?;
-    let normal = patch.seen.normal;
-    let now = together.turn.map_or(normal, |turn| turn.rotate(normal));
-    faces.push(Face::new(pair, now, Coefficients::of(ahead.bodies, ahead.settings, pair)));
-    let face = faces.last_mut()?;
-    for (i, id) in patch.names().iter().enumerate() {
-        let point = patch.seen.points[i];
-        let by = together.against(point);
-        let gap = patch.seen.gaps[i] + together.sign * normal.dot(by);
-        face.add(*id, together.along(point + by * 0.5), gap);
+    // all of a pair were looked at together
+    let Some(first) = known.first() else { return false };
+    let Some(together) = Together::<S>::of(ahead, (pair, closing), first) else { return false };
+    let coefficients = Coefficients::of(ahead.bodies, ahead.settings, pair);
+    for patch in known {
+        let normal = together.turn.map_or(patch.seen.normal, |turn| turn.rotate(patch.seen.normal));
+        faces.push(Face::new(pair, normal, coefficients));
+        if let Some(face) = faces.last_mut() {
+            together.fill(face, patch);
+        }
     }
-    Some(face)
+    true
 }
 
 /// How two bodies moved since they were looked at.
@@ -93,6 +96,18 @@ impl<S: Geometry> Together<S> {
         }
         let sign = if a_is_small { 1.0 } else { -1.0 };
         Some(Together { larger, turn, smaller: seen.places[s], by, against, sign })
+    }
+
+    /// The points of a patch where they are now.
+    #[inline]
+    fn fill(&self, face: &mut Face<S>, patch: &PatchForce<S>) {
+        let normal = patch.seen.normal;
+        for (i, id) in patch.names().iter().enumerate() {
+            let point = patch.seen.points[i];
+            let by = self.against(point);
+            let gap = patch.seen.gaps[i] + self.sign * normal.dot(by);
+            face.add(*id, self.along(point + by * 0.5), gap);
+        }
     }
 
     /// How a point of the smaller body moved against the larger one, in the frame of then \[m\].

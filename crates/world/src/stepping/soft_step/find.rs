@@ -63,12 +63,15 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
         let range = walk.of(serials);
         found.place = Some(walk.place());
         let known = &self.before[range.clone()];
-        if let Some(face) = again(&self.ahead, (pair, near.closing), known, &mut found.faces) {
-            face.again = range.start as u32;
-            found.tally.add(face);
-            found.patches.push(patch_of(bodies, face));
-            if let Some(patch) = found.patches.last_mut() {
-                start_again(patch, face, &known[0], self.h);
+        let first = found.faces.len();
+        if again(&self.ahead, (pair, near.closing), known, &mut found.faces) {
+            for ((face, force), place) in found.faces[first..].iter_mut().zip(known).zip(range.start..) {
+                face.again = place as u32;
+                found.tally.add(face);
+                found.patches.push(patch_of(bodies, face));
+                if let Some(patch) = found.patches.last_mut() {
+                    start_again(patch, face, force, self.h);
+                }
             }
             return;
         }

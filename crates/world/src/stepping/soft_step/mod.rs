@@ -206,8 +206,14 @@ impl<S: Geometry> SoftStep<S> {
         Ok(report)
     }
 
+    /// Makes before a step what it keeps over all bodies, as a step without loads would.
+    pub(crate) fn prepare(&mut self, bodies: &Bodies<S>) {
+        self.make_room(bodies);
+        self.load_nothing(bodies);
+    }
+
     /// Columns over all bodies; what they hold of fixed ones is made where those are others than before.
-    pub(crate) fn make_room(&mut self, bodies: &Bodies<S>) {
+    fn make_room(&mut self, bodies: &Bodies<S>) {
         let wanted = bodies.standing().map(|number| (number, bodies.sleep_number()));
         if wanted.is_some() && self.made_for.is_some_and(|made| Some(made.0) == bodies.standing()) {
             if self.made_for != wanted {
@@ -255,12 +261,17 @@ impl<S: Geometry> SoftStep<S> {
             self.quiet = false;
             return loads(step.time + 0.5 * step.dt, bodies, &mut self.loads);
         }
+        self.load_nothing(bodies);
+        Ok(())
+    }
+
+    /// Loads of zero on all bodies.
+    fn load_nothing(&mut self, bodies: &Bodies<S>) {
         if !self.quiet || self.loads.len() != bodies.len() {
             self.loads.clear();
             self.loads.resize(bodies.len(), Wrench::default());
             self.quiet = true;
         }
-        Ok(())
     }
 
     /// How far from done the last sweep was.
