@@ -108,10 +108,6 @@ impl Goal {
     fn is_least(&self) -> bool {
         self.impulses == ImpulseChoice::MinimumNorm
     }
-    /// True where many sweeps are allowed: the order of contacts, which they see, may count, and a bout is within budget.
-    fn is_patient(&self) -> bool {
-        !self.is_least() && self.patience >= patient::BOUT
-    }
 }
 
 /// What the stages came to.
@@ -448,8 +444,8 @@ fn climb<const D: usize>(
     for rung in LADDER {
         let skipped = match rung {
             Rung::Near(_) => !(solve.best_errors.worst() < NEAR.min(tried)),
-            Rung::Early(_) => !goal.is_patient() || !patient::is_cheap(solve),
-            Rung::Patient(_) => !goal.is_patient(),
+            Rung::Early(_) => goal.is_least() || !patient::is_cheap(solve),
+            Rung::Patient(_) => goal.is_least(),
             _ => false,
         };
         if skipped {

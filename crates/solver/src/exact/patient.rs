@@ -10,7 +10,7 @@ use super::stage::{Solve, StageEnd};
 use super::sweeps::{locals, sweep, sweep_price, velocities};
 
 /// Sweeps of a bout, at whose end the errors are measured.
-pub const BOUT: usize = 1024;
+const BOUT: usize = 1024;
 /// A bout leads on when it brings the errors below this share.
 const FALL: f64 = 0.8;
 /// Bouts in a row that may lead nowhere.

@@ -329,7 +329,7 @@ pub fn sweeps<const D: usize>(
         decay.changes.push(change);
         let over = k == most || !change.is_finite();
         let leave = over || prices.say_stop(k, decay, tolerance);
-        let soon = k == LEARNING && decay.error() < SOON * tolerance;
+        let soon = !prices.through_bodies && k == LEARNING && decay.error() < SOON * tolerance;
         if !(leave || soon) && decay.error() > tolerance && k < measured + k / 2 + LEARNING {
             continue;
         }
@@ -349,8 +349,9 @@ pub fn sweeps<const D: usize>(
         if change > 0.0 {
             memory.decay.error_over_change = found.worst() / change;
         }
-        // what the error is may speak for going on
-        if over || leave && prices.say_stop(k, &memory.decay, tolerance) {
+        // what the error is may speak for going on, where most starts are cold
+        let goes_on = !prices.through_bodies && !prices.say_stop(k, &memory.decay, tolerance);
+        if leave && (over || !goes_on) {
             break;
         }
     }
