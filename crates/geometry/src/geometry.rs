@@ -131,7 +131,9 @@ pub trait Geometry: Space {
         pose_b: &Pose<Self>,
         margin: f64,
         out: &mut Vec<ContactPoint<Self>>,
-    );
+    ) {
+        Self::contacts_near((a, pose_a), (b, pose_b), margin, &mut Guess::default(), out);
+    }
     /// The same, bit by bit, for who looks at a pair again and again: `guess` is what the time before left. It
     /// takes work off the search while the pair has hardly moved.
     fn contacts_near(

@@ -55,16 +55,6 @@ impl Geometry for Spatial {
     ) -> Result<MassProperties<Self>, ShapeError> {
         mass_spatial::mass_properties_of(shape, density, relative_tolerance)
     }
-    fn contacts(
-        a: &Self::Collider,
-        pose_a: &Pose<Self>,
-        b: &Self::Collider,
-        pose_b: &Pose<Self>,
-        margin: f64,
-        out: &mut Vec<ContactPoint<Self>>,
-    ) {
-        narrow::contacts(a, pose_a, b, pose_b, margin, &mut Guess::default(), out);
-    }
     fn contacts_near(
         (a, pose_a): (&Self::Collider, &Pose<Self>),
         (b, pose_b): (&Self::Collider, &Pose<Self>),
