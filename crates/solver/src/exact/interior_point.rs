@@ -59,14 +59,17 @@ impl Trend {
     }
 }
 
-/// Interior point from a cold start. The iterate that it leaves in `x` is its own best.
+/// Interior point from a cold start, at most so many steps. The iterate that it leaves in `x` is its own best.
 pub fn interior_point<const D: usize>(
     solve: &mut Solve<'_, D>,
     start: Start,
+    most: usize,
     x: &mut Vec<[f64; D]>,
 ) -> StageEnd {
-    let pair = Pair::cold(&solve.scaled, start.size, &mut solve.pool);
-    interior_point_from(solve, start, pair, x)
+    let mut pair = Pair::cold(&solve.scaled, start.size, &mut solve.pool);
+    let end = steps(solve, (start, most), &mut pair, x);
+    solve.pool.give_pair(pair);
+    end
 }
 
 /// The same from a pair of points inside the cones.
@@ -76,20 +79,20 @@ pub fn interior_point_from<const D: usize>(
     mut pair: Pair<D>,
     x: &mut Vec<[f64; D]>,
 ) -> StageEnd {
-    let end = steps(solve, start, &mut pair, x);
+    let end = steps(solve, (start, STEPS), &mut pair, x);
     solve.pool.give_pair(pair);
     end
 }
 
 fn steps<const D: usize>(
     solve: &mut Solve<'_, D>,
-    start: Start,
+    (start, most): (Start, usize),
     pair: &mut Pair<D>,
     x: &mut Vec<[f64; D]>,
 ) -> StageEnd {
     let mut trend = Trend::none();
     let mut best = f64::INFINITY;
-    for iteration in 0..=STEPS {
+    for iteration in 0..=most {
         solve.scaled.velocities(&pair.x, &mut pair.u);
         let errors = solve.judge(&pair.x, &pair.u);
         if errors.worst() < best || iteration == 0 {
@@ -99,7 +102,7 @@ fn steps<const D: usize>(
         if errors.solves(solve.tolerance) {
             return StageEnd::Solved;
         }
-        if trend.stalls(best) || iteration == STEPS {
+        if trend.stalls(best) || iteration == most {
             return StageEnd::Stuck;
         }
         if !solve.tell("interior point", iteration) {

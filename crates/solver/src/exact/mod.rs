@@ -24,6 +24,7 @@ pub(crate) mod judge;
 mod krylov;
 pub(crate) mod lane;
 pub(crate) mod local;
+mod local_lanes;
 mod mass_roots;
 mod memory;
 mod minimum_norm;
@@ -31,7 +32,10 @@ mod minimum_norm_mixed;
 mod mixed;
 mod newton;
 mod normals;
+mod onward;
 pub(crate) mod operator;
+mod order;
+mod packs;
 mod path;
 mod patient;
 mod pivoted;
@@ -60,12 +64,12 @@ use analyses::Analyses;
 use at_once::at_once;
 use blocks::Blocks;
 pub use contacts::ExactContacts;
-use interior_point::{CENTRED, Start, interior_point};
+use interior_point::{CENTRED, STEPS, Start, interior_point};
 use judge::Errors;
 use memory::Memory;
 use path::follow;
-use patient::patient;
-use proximal::proximal;
+use patient::{is_cheap, patient};
+use proximal::{error_at, proximal};
 use stage::{Solve, StageEnd};
 use sweeps::Ended;
 
@@ -93,8 +97,6 @@ const WORTH_ASKING: usize = 100;
 struct Goal {
     tolerance: f64,
     sweeps: usize,
-    /// Most sweeps of a stage of many.
-    patience: usize,
     factorisations: usize,
     impulses: ImpulseChoice,
     /// What will do after how many factorisations.
@@ -225,7 +227,6 @@ fn in_dimension<const D: usize>(
     let goal = Goal {
         tolerance: settings.tolerance,
         sweeps: settings.iterations.min(300),
-        patience: settings.iterations,
         factorisations: settings.factorisations,
         impulses: settings.impulses,
         content: None,
@@ -393,27 +394,49 @@ fn second_order<const D: usize>(
 enum Rung {
     /// Interior point from a start, leaving its own best iterate.
     Interior(Start),
+    /// At most so many steps of it, for another start of sweeps, where a bout of them is worth no more factorisations than this.
+    Glance(usize, [f64; 2]),
     /// Proximal Newton from the iterate that the stage before left, with at most so many factorisations.
     Proximal(usize),
     /// The same, if the best errors so far are small: from afar it solves one problem in six, the path nearly all.
     Near(usize),
-    /// Many sweeps, for as long as so many factorisations take, where sweeps are cheap beside them; not where the order
-    /// of contacts must not count.
-    Early(usize),
-    /// The same whatever sweeps cost.
-    Patient(usize),
-    /// The path with a smoothing and at most so many factorisations, leaving the best iterate of all stages.
+    /// Many sweeps from there, where a bout of them is worth no more factorisations than this; not where the order of
+    /// contacts must not count.
+    Sweeps(Sweeping, [f64; 2]),
+    /// The path with a smoothing and at most so many factorisations, leaving its own best iterate.
     Path(f64, usize),
 }
 
-/// Cheap stages first; the later ones are for what the earlier ones do not solve.
-const LADDER: [Rung; 17] = [
+/// How long many sweeps go on, in factorisations.
+#[derive(Clone, Copy)]
+struct Sweeping {
+    worth: usize,
+    /// How long they may lead nowhere.
+    patience: f64,
+}
+
+/// Bouts of sweeps, in factorisations, that come before the interior point on bodies, and never on a matrix; that come before the
+/// path on bodies, and on a matrix; and those whose price does not count.
+const FIRST: [f64; 2] = [30.0, 0.0];
+const EARLY: [f64; 2] = [100.0, 30.0];
+const ANY: [f64; 2] = [f64::INFINITY; 2];
+
+/// Cheap stages first; the later ones are for what the earlier ones do not solve. Sweeps that lead nowhere have often come
+/// to a place that none leads away from: from another start they do.
+const LADDER: [Rung; 24] = [
+    Rung::Sweeps(Sweeping { worth: 400, patience: 5.0 }, FIRST),
+    Rung::Glance(8, FIRST),
+    Rung::Sweeps(Sweeping { worth: 400, patience: 6.0 }, FIRST),
+    Rung::Glance(14, FIRST),
+    Rung::Sweeps(Sweeping { worth: 400, patience: 6.0 }, FIRST),
     Rung::Interior(STARTS[0]),
-    Rung::Early(150),
+    Rung::Sweeps(Sweeping { worth: 1000, patience: f64::INFINITY }, EARLY),
+    Rung::Glance(20, EARLY),
+    Rung::Sweeps(Sweeping { worth: 1000, patience: f64::INFINITY }, EARLY),
     Rung::Near(60),
     Rung::Path(0.01, 200),
     Rung::Proximal(60),
-    Rung::Patient(2000),
+    Rung::Sweeps(Sweeping { worth: 2000, patience: f64::INFINITY }, ANY),
     Rung::Near(60),
     Rung::Path(1.0, 400),
     Rung::Proximal(PROXIMAL),
@@ -441,11 +464,11 @@ fn climb<const D: usize>(
     stages: &mut Vec<Stage>,
 ) -> StageEnd {
     let mut tried = f64::INFINITY;
+    x.clone_from(&solve.best);
     for rung in LADDER {
         let skipped = match rung {
             Rung::Near(_) => !(solve.best_errors.worst() < NEAR.min(tried)),
-            Rung::Early(_) => goal.is_least() || !patient::is_cheap(solve),
-            Rung::Patient(_) => goal.is_least(),
+            Rung::Glance(_, most) | Rung::Sweeps(_, most) => goal.is_least() || !is_cheap(solve, most),
             _ => false,
         };
         if skipped {
@@ -453,24 +476,20 @@ fn climb<const D: usize>(
         }
         let (before, mut swept) = (solve.system.factorisations, 0);
         let (name, end) = match rung {
-            Rung::Interior(start) => ("interior point", interior_point(solve, start, x)),
+            Rung::Interior(start) => ("interior point", interior_point(solve, start, STEPS, x)),
+            Rung::Glance(most, _) => ("interior point", interior_point(solve, STARTS[0], most, x)),
             Rung::Proximal(most) => ("proximal newton", proximal(solve, x, WEIGHT, most)),
             Rung::Near(most) => {
                 tried = solve.best_errors.worst();
-                let weight = if tried < NEARER { WEIGHT_NEARER } else { WEIGHT };
+                let weight = if error_at(solve, x) < NEARER { WEIGHT_NEARER } else { WEIGHT };
                 ("proximal newton", proximal(solve, x, weight, most))
             }
-            Rung::Early(worth) | Rung::Patient(worth) => {
-                let (end, sweeps) = patient(solve, (worth, goal.patience));
-                x.clone_from(&solve.best);
+            Rung::Sweeps(Sweeping { worth, patience }, _) => {
+                let (end, sweeps) = patient(solve, (worth, patience), x);
                 swept = sweeps;
                 ("many sweeps", end)
             }
-            Rung::Path(smoothing, most) => {
-                let end = follow(solve, smoothing, most);
-                x.clone_from(&solve.best);
-                ("path", end)
-            }
+            Rung::Path(smoothing, most) => ("path", follow(solve, (smoothing, most), x)),
         };
         stages.push(Stage { name, iterations: solve.system.factorisations - before + swept });
         if end != StageEnd::Stuck {

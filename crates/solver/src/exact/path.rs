@@ -54,13 +54,17 @@ struct Curve<const D: usize> {
     careful: usize,
 }
 
-/// Follows the curve with at most `most` factorisations.
-pub fn follow<const D: usize>(solve: &mut Solve<'_, D>, smoothing: f64, most: usize) -> StageEnd {
+/// Follows the curve with at most `most` factorisations. The iterate that it leaves in `x` is its own best.
+pub fn follow<const D: usize>(
+    solve: &mut Solve<'_, D>,
+    (smoothing, most): (f64, usize),
+    x: &mut [[f64; D]],
+) -> StageEnd {
     let budget = solve.system.factorisations + most;
     solve.system.careful = true;
     let end = match Curve::begin(solve, smoothing) {
         Some(mut curve) => {
-            let end = curve.run(solve, budget);
+            let end = curve.run(solve, budget, x);
             curve.leave(&mut solve.pool);
             end
         }
@@ -124,8 +128,9 @@ impl<const D: usize> Curve<D> {
         [self.pair, self.spare].into_iter().chain(self.before).for_each(|pair| pool.give_pair(pair));
     }
 
-    fn run(&mut self, solve: &mut Solve<'_, D>, budget: usize) -> StageEnd {
+    fn run(&mut self, solve: &mut Solve<'_, D>, budget: usize, best: &mut [[f64; D]]) -> StageEnd {
         let mut last = (f64::INFINITY, f64::INFINITY);
+        let mut best_error = f64::INFINITY;
         for point in 0..POINTS {
             solve.scaled.velocities(&self.pair.x, &mut self.pair.u);
             // impulses so large hide velocities in rounding; only those of problems without a solution grow so
@@ -133,6 +138,10 @@ impl<const D: usize> Curve<D> {
                 return StageEnd::Stuck;
             }
             let errors = solve.judge(&self.pair.x, &self.pair.u).worst();
+            if errors < best_error {
+                best_error = errors;
+                best.copy_from_slice(&self.pair.x);
+            }
             if errors <= 0.9 * solve.tolerance {
                 return StageEnd::Solved;
             }

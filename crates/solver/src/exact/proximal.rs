@@ -33,6 +33,15 @@ pub fn proximal<const D: usize>(
     end
 }
 
+/// The error of an iterate.
+pub fn error_at<const D: usize>(solve: &mut Solve<'_, D>, x: &[[f64; D]]) -> f64 {
+    let mut u = solve.vector();
+    solve.scaled.velocities(x, &mut u);
+    let error = solve.judge(x, &u).worst();
+    solve.pool.give([u]);
+    error
+}
+
 /// The iterate of the outer steps.
 struct Drift<const D: usize> {
     x: Vec<[f64; D]>,
