@@ -111,8 +111,8 @@ fn steps_to<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>, mos
 const EARLY: usize = 14;
 /// Errors above this are too far away for steps that do not fall.
 const NEAR: f64 = 1e-4;
-/// Errors times contacts above this are spread over so many contacts that no first step falls, starts being cold: one
-/// factorisation is saved in ten or twenty. Found on problems in matrix form, and used there.
+/// Errors times contacts above this are spread over so many contacts that Newton from the sweeps solves none of the
+/// public problems: one to five factorisations are saved. Found on problems in matrix form, and used there.
 const SCATTERED: f64 = 2.0;
 /// Shifted steps that may pass without a better iterate.
 const PATIENCE: usize = 5;
