@@ -3,6 +3,7 @@
 //! theory chapter 7). Knows no bodies: W is whatever was measured or assembled.
 
 use crate::delassus_blocks::Delassus;
+use crate::exact::blocks::squared_length;
 use crate::exact::couplings::{places, product, spread};
 use crate::problem::ProblemError;
 
@@ -229,7 +230,8 @@ fn judged<const D: usize>(
     velocity: &[[f64; D]],
 ) -> Measure {
     let (given, _) = problem.velocity.as_chunks::<D>();
-    let (size, top) = (not_zero(length(&problem.velocity)), not_zero(largest(&problem.velocity)));
+    let size = not_zero(squared_length(&problem.velocity).sqrt());
+    let top = not_zero(largest(&problem.velocity));
     let strongest = impulses.iter().map(|r| square(r)).fold(0.0, larger).sqrt().max(1e-300);
     let mut m = Measure::default();
     for (i, (r, &mu)) in impulses.iter().zip(&problem.friction).enumerate() {

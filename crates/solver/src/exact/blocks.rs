@@ -26,6 +26,19 @@ pub struct Blocks<const D: usize> {
     pub by_contact: bool,
 }
 
+/// The squares of all numbers added up in eight sums, for one would wait for itself.
+pub fn squared_length(numbers: &[f64]) -> f64 {
+    let (eights, rest) = numbers.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for eight in eights {
+        for k in 0..8 {
+            sums[k] += eight[k] * eight[k];
+        }
+    }
+    let rest: f64 = rest.iter().map(|x| x * x).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
 impl<const D: usize> Blocks<D> {
     /// Number of contacts.
     pub fn count(&self) -> usize {
@@ -41,7 +54,12 @@ impl<const D: usize> Blocks<D> {
         if self.by_contact {
             return self.largest_velocity();
         }
-        let squared: f64 = self.velocity.as_flattened().iter().map(|q| q * q).sum();
+        let numbers = self.velocity.as_flattened();
+        let squared: f64 = if self.couplings.is_some() {
+            squared_length(numbers)
+        } else {
+            numbers.iter().map(|q| q * q).sum()
+        };
         if squared > 0.0 { squared.sqrt() } else { 1.0 }
     }
     /// Blocks of a problem in matrix form.

@@ -79,15 +79,75 @@ impl<const D: usize> WithSimd for Reduce<'_, D> {
     }
 }
 
+/// `pull` in the machine's own instructions.
+struct Pull<'a, const D: usize>(&'a mut GroupSpace<D>, &'a [[f64; D]]);
+
+impl<const D: usize> WithSimd for Pull<'_, D> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.pull(self.1);
+    }
+}
+
+/// `push` in the machine's own instructions.
+struct Push<'a, const D: usize>(&'a GroupSpace<D>, &'a mut [[f64; D]]);
+
+impl<const D: usize> WithSimd for Push<'_, D> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.push(self.1);
+    }
+}
+
+/// `soften` in the machine's own instructions.
+struct Soften<'a, const D: usize>(&'a mut GroupSpace<D>, Stiffness<'a, D>);
+
+impl<const D: usize> WithSimd for Soften<'_, D> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.soften(self.1);
+    }
+}
+
+/// `basis` in the machine's own instructions.
+struct Directions<'a, const D: usize>(&'a [u32], &'a [Sketch<D>]);
+
+impl<const D: usize> WithSimd for Directions<'_, D> {
+    type Output = Option<Vec<f64>>;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Option<Vec<f64>> {
+        basis(self.0, self.1)
+    }
+}
+
+/// `sketches` in the machine's own instructions.
+struct Sketches<'a, const D: usize>(&'a Matrix);
+
+impl<const D: usize> WithSimd for Sketches<'_, D> {
+    type Output = (Vec<Sketch<D>>, Vec<Sketch<D>>);
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        sketches(self.0)
+    }
+}
+
 impl<const D: usize> GroupSpace<D> {
     /// The condensed system, if at least half of the contacts condense to fewer directions than they have rows.
     pub fn of(matrix: &Matrix, analyses: &mut Analyses) -> Option<Self> {
         let mut groups = gather(&matrix.graph, D)?;
-        let (rows, columns) = sketches::<D>(matrix);
+        let (rows, columns) = Arch::new().dispatch(Sketches::<D>(matrix));
         for group in groups.iter_mut().filter(|g| g.contacts.len() > 1) {
             let n = group.contacts.len() * D;
-            group.basis = basis(&group.contacts, &rows)?;
-            group.seen = basis(&group.contacts, &columns)?;
+            group.basis = Arch::new().dispatch(Directions(&group.contacts, &rows))?;
+            let is_symmetric = group.contacts.iter().all(|&i| rows[i as usize] == columns[i as usize]);
+            group.seen = if is_symmetric {
+                group.basis.clone()
+            } else {
+                Arch::new().dispatch(Directions(&group.contacts, &columns))?
+            };
             group.rank = group.basis.len() / n;
             if group.seen.len() != group.basis.len() {
                 return None;
@@ -121,6 +181,14 @@ impl<const D: usize> GroupSpace<D> {
 
     /// Factorises with D from `blocks`.
     pub fn factorize(&mut self, (blocks, least): Stiffness<'_, D>) -> bool {
+        Arch::new().dispatch(Soften(self, (blocks, least)));
+        Arch::new().dispatch(Spread(self, blocks));
+        self.factor.factorize(&self.analysis, &self.values)
+    }
+
+    /// Writes D^-1 and H.
+    #[inline(always)]
+    fn soften(&mut self, (blocks, least): Stiffness<'_, D>) {
         for (compliance, (block, least)) in self.compliance.iter_mut().zip(blocks.iter().zip(least)) {
             *compliance = stiffened_inverse(block, *least);
         }
@@ -132,8 +200,6 @@ impl<const D: usize> GroupSpace<D> {
                 accumulate(&mut group.compliance, (seen, rows), &self.compliance[i as usize], n);
             }
         }
-        Arch::new().dispatch(Spread(self, blocks));
-        self.factor.factorize(&self.analysis, &self.values)
     }
 
     /// Writes 1 + V H, and D + V for contacts on their own.
@@ -171,15 +237,21 @@ impl<const D: usize> GroupSpace<D> {
 
     /// Replaces rhs by dx.
     pub fn solve(&mut self, x: &mut [[f64; D]]) {
+        Arch::new().dispatch(Pull(self, x));
+        self.factor.solve(&self.analysis, &mut self.solution);
+        Arch::new().dispatch(Push(self, x));
+    }
+
+    /// Writes -V g, and the right-hand sides of contacts on their own.
+    #[inline(always)]
+    fn pull(&mut self, x: &[[f64; D]]) {
         self.pulled.fill(0.0);
         for (g, group) in self.groups.iter().enumerate().filter(|(_, g)| !g.basis.is_empty()) {
             let n = group.rank;
             let pulled = &mut self.pulled[self.graph.first[g] as usize..][..n];
             for (&i, rows) in group.contacts.iter().zip(group.seen.chunks_exact(D * n)) {
                 let soft = apply(&self.compliance[i as usize], &x[i as usize]);
-                for (row, value) in rows.chunks_exact(n).zip(&soft) {
-                    row.iter().zip(pulled.iter_mut()).for_each(|(r, p)| *p += r * value);
-                }
+                add_lines(rows, &soft, pulled);
             }
         }
         for (g, group) in self.groups.iter().enumerate() {
@@ -195,12 +267,14 @@ impl<const D: usize> GroupSpace<D> {
                 }
                 let pulled = &self.pulled[self.graph.first[h] as usize..self.graph.first[h + 1] as usize];
                 let block = &self.reduced[self.graph.offsets[k] as usize..self.graph.offsets[k + 1] as usize];
-                for (row, out) in block.chunks_exact(pulled.len()).zip(own.iter_mut()) {
-                    *out -= row.iter().zip(pulled).map(|(v, p)| v * p).sum::<f64>();
-                }
+                subtract_rows(block, pulled, own);
             }
         }
-        self.factor.solve(&self.analysis, &mut self.solution);
+    }
+
+    /// dx from s.
+    #[inline(always)]
+    fn push(&self, x: &mut [[f64; D]]) {
         for (g, group) in self.groups.iter().enumerate() {
             let n = group.rank;
             let push = &self.solution[self.graph.first[g] as usize..][..n];
@@ -210,9 +284,7 @@ impl<const D: usize> GroupSpace<D> {
             }
             for (&i, rows) in group.contacts.iter().zip(group.basis.chunks_exact(D * n)) {
                 let i = i as usize;
-                for (row, x) in rows.chunks_exact(n).zip(&mut x[i]) {
-                    *x += row.iter().zip(push).map(|(q, p)| q * p).sum::<f64>();
-                }
+                add_rows(rows, push, &mut x[i]);
                 x[i] = apply(&self.compliance[i], &x[i]);
             }
         }
@@ -237,6 +309,55 @@ fn product(a: &[f64], b: &[f64], out: &mut [f64], n: usize) {
             line.iter().zip(out.iter_mut()).for_each(|(b, o)| *o += x * b);
         }
     }
+}
+
+/// out += each line times its factor.
+#[inline(always)]
+fn add_lines(lines: &[f64], factors: &[f64], out: &mut [f64]) {
+    if let Ok(out) = <&mut [f64; MOST]>::try_from(&mut *out) {
+        for (line, factor) in lines.as_chunks::<MOST>().0.iter().zip(factors) {
+            (0..MOST).for_each(|k| out[k] += line[k] * factor);
+        }
+        return;
+    }
+    for (line, factor) in lines.chunks_exact(out.len()).zip(factors) {
+        line.iter().zip(out.iter_mut()).for_each(|(x, o)| *o += x * factor);
+    }
+}
+
+/// out += A x, row by row.
+#[inline(always)]
+fn add_rows(a: &[f64], x: &[f64], out: &mut [f64]) {
+    if let Ok(x) = <&[f64; MOST]>::try_from(x) {
+        for (row, out) in a.as_chunks::<MOST>().0.iter().zip(out) {
+            *out += dot(row, x);
+        }
+        return;
+    }
+    for (row, out) in a.chunks_exact(x.len()).zip(out) {
+        *out += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+    }
+}
+
+/// out -= A x, row by row.
+#[inline(always)]
+fn subtract_rows(a: &[f64], x: &[f64], out: &mut [f64]) {
+    if let Ok(x) = <&[f64; MOST]>::try_from(x) {
+        for (row, out) in a.as_chunks::<MOST>().0.iter().zip(out) {
+            *out -= dot(row, x);
+        }
+        return;
+    }
+    for (row, out) in a.chunks_exact(x.len()).zip(out) {
+        *out -= row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+    }
+}
+
+/// In three sums, for one would wait for itself.
+#[inline(always)]
+fn dot(a: &[f64; MOST], b: &[f64; MOST]) -> f64 {
+    let [one, two, three] = std::array::from_fn(|k| a[k] * b[k] + a[k + 3] * b[k + 3]);
+    one + two + three
 }
 
 /// The sum of lines, each times its factor.
@@ -310,6 +431,7 @@ type Sketch<const D: usize> = [[f64; SKETCH]; D];
 
 /// The rows and the columns of W~ of every contact, gathered. Signs and places are scattered, so that no direction
 /// cancels except by accident, which `faithful` would tell.
+#[inline(always)]
 fn sketches<const D: usize>(matrix: &Matrix) -> (Vec<Sketch<D>>, Vec<Sketch<D>>) {
     let n = matrix.graph.nodes();
     let (mut rows, mut columns) = (vec![[[0.0; SKETCH]; D]; n], vec![[[0.0; SKETCH]; D]; n]);
@@ -337,6 +459,7 @@ fn sketches<const D: usize>(matrix: &Matrix) -> (Vec<Sketch<D>>, Vec<Sketch<D>>)
 
 /// Orthonormal directions that span the gathered rows of some contacts, D x rank per contact, row by row: columns in
 /// the order of what is left of them. `None` when there are more than `MOST`.
+#[inline(always)]
 fn basis<const D: usize>(contacts: &[u32], sketches: &[Sketch<D>]) -> Option<Vec<f64>> {
     // row by row, so that all columns are worked on side by side
     let mut left: Vec<[f64; SKETCH]> = contacts.iter().flat_map(|&i| sketches[i as usize]).collect();

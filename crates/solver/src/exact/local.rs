@@ -33,6 +33,8 @@ pub struct Local<const D: usize> {
 /// Relative change of alpha below which t follows it to first order: what that leaves is squared, and the next sweep
 /// goes on from there.
 const CLOSE: f64 = 1e-3;
+/// The same where none comes back: its square is rounding.
+const CLOSEST: f64 = 1e-8;
 
 impl<const D: usize> Local<D> {
     /// From the diagonal block and the coefficient of friction.
@@ -78,22 +80,23 @@ impl<const D: usize> Local<D> {
     /// asymmetric block that the eigenbasis leaves out.
     #[inline(always)]
     pub fn solve(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
-        self.solve_by::<false, false>(b, old, NEAR)
+        self.solve_by::<false, false, false>(b, old)
     }
     /// The same in less time where the last slip is near: sweeps over couplings, one after another, wait for it.
     #[inline(always)]
     pub fn solve_near<S: Simd>(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
         // registers of four are those of machines that multiply and add at once
         if S::F64_LANES == 4 {
-            self.solve_by::<true, true>(b, old, NEAR)
+            self.solve_by::<true, true, false>(b, old)
         } else {
-            self.solve_by::<true, false>(b, old, NEAR)
+            self.solve_by::<true, false, false>(b, old)
         }
     }
     /// The same where no sweep comes back: to rounding where the block is symmetric, else the part left out follows
     /// `old`, and this is repeated until it stands.
+    #[inline(always)]
     pub fn solve_alone(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
-        self.solve_by::<true, false>(b, old, LAST)
+        self.solve_by::<true, false, true>(b, old)
     }
     /// An impulse that goes by a factor beyond the solution `found` from `old`, on the cone; open where either is.
     #[inline(always)]
@@ -120,11 +123,10 @@ impl<const D: usize> Local<D> {
     }
 
     #[inline(always)]
-    fn solve_by<const QUICKLY: bool, const FUSED: bool>(
+    fn solve_by<const QUICKLY: bool, const FUSED: bool, const ALONE: bool>(
         &mut self,
         b: &[f64; D],
         old: &[f64; D],
-        near: f64,
     ) -> [f64; D] {
         let mut r = [0.0; D];
         // a contact that no impulse moves (NaN included) is left alone
@@ -135,7 +137,7 @@ impl<const D: usize> Local<D> {
             1 => r[0] = -b[0] * self.inverse,
             2 => (r[0], r[1]) = self.in_the_plane([b[0], b[1]]),
             _ => {
-                let found = self.in_space::<QUICKLY, FUSED>([b[0], b[1], b[2]], [old[1], old[2]], near);
+                let found = self.in_space::<QUICKLY, FUSED, ALONE>([b[0], b[1], b[2]], [old[1], old[2]]);
                 r.copy_from_slice(&found);
             }
         }
@@ -170,11 +172,10 @@ impl<const D: usize> Local<D> {
     }
 
     #[inline(always)]
-    fn in_space<const QUICKLY: bool, const FUSED: bool>(
+    fn in_space<const QUICKLY: bool, const FUSED: bool, const ALONE: bool>(
         &mut self,
         b: [f64; 3],
         old: [f64; 2],
-        near: f64,
     ) -> [f64; 3] {
         let (mu, pulls) = (self.mu, self.pulls);
         let free = -b[0] * self.inverse;
@@ -202,11 +203,14 @@ impl<const D: usize> Local<D> {
         let axis = self.axis;
         let (g, pulls) = (turned(axis, g), self.turned_pulls);
         let (values, alpha) = (self.values, &mut self.alpha);
+        if ALONE && *alpha == 0.0 {
+            *alpha = sharp_alpha(values, g, mu * free);
+        }
         let quick =
-            if QUICKLY { slipping_near::<FUSED>(values, g, pulls, (free, mu), (alpha, near)) } else { None };
+            if QUICKLY { slipping_near::<FUSED, ALONE>(values, g, pulls, (free, mu), alpha) } else { None };
         let (normal, t) = match quick {
             Some(found) => found,
-            None => slipping(values, g, pulls, (free, mu), (alpha, near.min(CLOSE))),
+            None => slipping(values, g, pulls, (free, mu), (alpha, if ALONE { CLOSEST } else { CLOSE })),
         };
         [normal, axis[0] * t[0] - axis[1] * t[1], axis[1] * t[0] + axis[0] * t[1]]
     }
@@ -241,8 +245,8 @@ const QUICK: usize = 6;
 /// Change of alpha, as a share of what it is added to, that is small enough for them: sweeps come back before its
 /// square matters.
 const NEAR: f64 = 0.05;
-/// The same where none comes back: its square is rounding.
-const LAST: f64 = 1e-8;
+/// The same where none comes back: t follows to second order, and the cube is rounding.
+const LAST: f64 = 1e-5;
 /// Most of alpha that a step takes away where it would take all: no slip has alpha = 0.
 const MOST: f64 = 0.75;
 
@@ -251,13 +255,14 @@ const MOST: f64 = 0.75;
 /// second order. With p = (d_1 + alpha) (d_2 + alpha) all is in terms of T = p t and N = p n. `None` where they do not come near, with `last` as
 /// close as they came.
 #[inline(always)]
-fn slipping_near<const FUSED: bool>(
+fn slipping_near<const FUSED: bool, const ALONE: bool>(
     d: [f64; 2],
     g: [f64; 2],
     coupling: [f64; 2],
     (free, mu): (f64, f64),
-    (last, near): (&mut f64, f64),
+    last: &mut f64,
 ) -> Option<(f64, [f64; 2])> {
+    let near = if ALONE { LAST } else { NEAR };
     let mut alpha = if *last > 0.0 { *last } else { first_alpha(d, g, mu * free) };
     for _ in 0..QUICK {
         let both = [d[1] + alpha, d[0] + alpha];
@@ -285,7 +290,12 @@ fn slipping_near<const FUSED: bool>(
         *last = alpha;
         if change.abs() <= near * both[0] {
             let part = change * inverse;
-            let left = [plus::<FUSED>(-both[0], part, 1.0), plus::<FUSED>(-both[1], part, 1.0)];
+            let shares = [both[0] * part, both[1] * part];
+            let left = if ALONE {
+                shares.map(|share| plus::<FUSED>(plus::<FUSED>(share, share, -share), 1.0, 1.0))
+            } else {
+                [plus::<FUSED>(-both[0], part, 1.0), plus::<FUSED>(-both[1], part, 1.0)]
+            };
             let t = [t[0] * inverse * left[0], t[1] * inverse * left[1]];
             let normal = plus::<FUSED>(coupling[1], t[1], plus::<FUSED>(coupling[0], t[0], free));
             return Some((normal.max(0.0), [-t[0], -t[1]]));
@@ -302,6 +312,19 @@ fn first_alpha(d: [f64; 2], g: [f64; 2], bound: f64) -> f64 {
     let inverse = 1.0 / bound;
     let alone = (g[0].abs() * inverse - d[0]).max(g[1].abs() * inverse - d[1]);
     let alpha = (pull * inverse - 0.5 * (d[0] + d[1])).max(alone);
+    if alpha > 0.0 { alpha } else { 1e-3 * d[0] }
+}
+
+/// alpha without coupling as above, with the eigenvalues' mean weighted by what pulls along them: it is never too large
+/// then, and all but exact where the pull is along one.
+#[inline(always)]
+fn sharp_alpha(d: [f64; 2], g: [f64; 2], bound: f64) -> f64 {
+    let squares = [g[0] * g[0], g[1] * g[1]];
+    let squared = squares[0] + squares[1];
+    let inverse = 1.0 / bound;
+    let mean = (squares[0] * d[0] + squares[1] * d[1]) / squared;
+    let alone = (g[0].abs() * inverse - d[0]).max(g[1].abs() * inverse - d[1]);
+    let alpha = (squared.sqrt() * inverse - mean).max(alone);
     if alpha > 0.0 { alpha } else { 1e-3 * d[0] }
 }
 

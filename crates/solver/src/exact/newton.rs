@@ -111,6 +111,9 @@ fn steps_to<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>, mos
 const EARLY: usize = 14;
 /// Errors above this are too far away for steps that do not fall.
 const NEAR: f64 = 1e-4;
+/// Errors times contacts above this are spread over so many contacts that Newton from the sweeps solves none of the
+/// public problems: one to five factorisations are saved. Found on problems in matrix form, and used there.
+const SCATTERED: f64 = 2.0;
 /// Shifted steps that may pass without a better iterate.
 const PATIENCE: usize = 5;
 
@@ -129,6 +132,9 @@ pub fn descend<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]]) -> 
 
 fn steps_down<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>) -> StageEnd {
     let first = solve.best_errors.worst();
+    if solve.blocks.couplings.is_some() && first * solve.scaled.count() as f64 > SCATTERED {
+        return StageEnd::Stuck;
+    }
     let mut best = first;
     let (mut error, mut shifted, mut fruitless) = (first, false, 0);
     for iteration in 0..EARLY {
