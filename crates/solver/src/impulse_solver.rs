@@ -55,7 +55,8 @@ impl FromStr for ImpulseChoice {
 /// How long and how exactly to solve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SolveSettings {
-    /// Most iterations to spend \[1\].
+    /// Most iterations to spend \[1\]. `exact` takes no more sweeps, but where a thousand of them take no longer than 30
+    /// factorisations: there these count.
     pub iterations: usize,
     /// Stop when the residual is at or below this \[m/s\]; 0 spends all iterations.
     pub tolerance: f64,

@@ -168,6 +168,7 @@ impl<S: Space> ExactContacts<S> {
             let goal = Goal {
                 tolerance: settings.tolerance * share,
                 sweeps: settings.iterations.min(300),
+                patience: settings.iterations,
                 factorisations: settings.factorisations - factorisations,
                 impulses: settings.impulses,
                 content: settings.content.map(|c| Content {

@@ -97,6 +97,8 @@ const WORTH_ASKING: usize = 100;
 struct Goal {
     tolerance: f64,
     sweeps: usize,
+    /// Most sweeps of a stage of many, where these are not cheap beside factorisations.
+    patience: usize,
     factorisations: usize,
     impulses: ImpulseChoice,
     /// What will do after how many factorisations.
@@ -227,6 +229,7 @@ fn in_dimension<const D: usize>(
     let goal = Goal {
         tolerance: settings.tolerance,
         sweeps: settings.iterations.min(300),
+        patience: settings.iterations,
         factorisations: settings.factorisations,
         impulses: settings.impulses,
         content: None,
@@ -465,6 +468,8 @@ fn climb<const D: usize>(
 ) -> StageEnd {
     let mut tried = f64::INFINITY;
     x.clone_from(&solve.best);
+    // of the form that the system begins with: one that it falls back to is dearer
+    let most = if is_cheap(solve, FIRST) { usize::MAX } else { goal.patience };
     for rung in LADDER {
         let skipped = match rung {
             Rung::Near(_) => !(solve.best_errors.worst() < NEAR.min(tried)),
@@ -485,7 +490,7 @@ fn climb<const D: usize>(
                 ("proximal newton", proximal(solve, x, weight, most))
             }
             Rung::Sweeps(Sweeping { worth, patience }, _) => {
-                let (end, sweeps) = patient(solve, (worth, patience), x);
+                let (end, sweeps) = patient(solve, (worth, most, patience), x);
                 swept = sweeps;
                 ("many sweeps", end)
             }

@@ -57,10 +57,10 @@ impl<const D: usize> Order<D> {
 /// Nanoseconds of a sweep in packs per contact of 1, 2 and 3 directions.
 const PACKED: [f64; 3] = [10.0, 12.0, 22.0];
 
-/// What a sweep takes in its order, from sizes alone \[ns\].
+/// What a sweep takes in its order, from sizes alone \[ns\]; packs that are not full take as long.
 pub fn price<const D: usize>(blocks: &Blocks<D>) -> f64 {
     match &blocks.operator {
-        Operator::Bodies(_) => PACKED[D - 1] * blocks.count() as f64,
+        Operator::Bodies(_) => PACKED[D - 1] * blocks.velocity.len() as f64,
         Operator::Matrix(_) => sweep_price(blocks),
     }
 }

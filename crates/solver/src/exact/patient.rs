@@ -63,19 +63,19 @@ pub fn is_cheap<const D: usize>(solve: &Solve<'_, D>, [on_bodies, on_matrix]: [f
     bout_price(solve) <= most
 }
 
-/// Sweeps from x, and leaves their best iterate there: no longer than `worth` factorisations take, and until they have led
-/// nowhere for about `patience` factorisations. They depend on the order of the contacts. How they ended, and how many they were.
+/// Sweeps from x, and leaves their best iterate there: no longer than `worth` factorisations take, at most so many, and until
+/// they have led nowhere for about `patience` factorisations. They depend on the order of the contacts. How they ended, and how many they were.
 pub fn patient<const D: usize>(
     solve: &mut Solve<'_, D>,
-    (worth, patience): (usize, f64),
+    (worth, most, patience): (usize, usize, f64),
     x: &mut [[f64; D]],
 ) -> (StageEnd, usize) {
     let left = worth.min(solve.budget.saturating_sub(solve.system.factorisations));
     let bouts = (left as f64 / bout_price(solve)) as usize;
-    let [least, most] = FRUITLESS;
-    let patience = ((patience / bout_price(solve)) as usize).clamp(least, most);
+    let [fewest, longest] = FRUITLESS;
+    let patience = ((patience / bout_price(solve)) as usize).clamp(fewest, longest);
     let mut sweeping = Bouts::begin(solve, x);
-    let end = sweeping.run(solve, bouts, patience);
+    let end = sweeping.run(solve, bouts.min(most / BOUT), patience);
     x.copy_from_slice(&sweeping.best);
     sweeping.leave(&mut solve.pool);
     end
