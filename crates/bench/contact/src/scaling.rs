@@ -121,6 +121,13 @@ fn exact_on_matrix(problem: &FrictionProblem, options: &Options) -> (f64, String
     (seconds, told, seconds < options.limit)
 }
 
+/// |q| over the root of the number of contacts \[m/s\]: the judge takes the errors of all contacts together, next to |q|,
+/// where the solver takes the largest of one.
+fn usual_velocity(problem: &FrictionProblem) -> f64 {
+    let squared: f64 = problem.velocity.iter().map(|q| q * q).sum();
+    (squared / problem.contacts().max(1) as f64).sqrt()
+}
+
 /// CPU time to the tolerance on the bodies, what was reached, and whether that took less than the limit.
 fn on_bodies(
     kind: SolverKind,
@@ -130,8 +137,8 @@ fn on_bodies(
 ) -> (f64, String, bool) {
     let mut solver = kind.make::<Spatial>();
     let mut impulses = Impulses::zero(problem);
-    let settings =
-        SolveSettings { iterations: usize::MAX, tolerance: options.tolerance, ..SolveSettings::default() };
+    let tolerance = options.tolerance * usual_velocity(matrix);
+    let settings = SolveSettings { iterations: usize::MAX, tolerance, ..SolveSettings::default() };
     let start = thread_seconds();
     let mut watch = |_: &carom::solver::Progress| thread_seconds() - start < options.limit;
     let outcome = solver.solve_watched(problem, &settings, &mut impulses, &mut watch);
