@@ -5,6 +5,7 @@
 //! alone: such contacts are coupled to the same others.
 
 use super::analyses::Analyses;
+use super::group_rows::{MOST, add_lines, add_rows};
 use super::operator::Matrix;
 use super::system::{Block, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
@@ -19,8 +20,6 @@ const RANK: f64 = 1e-9;
 const SKETCH: usize = 12;
 /// What condensing may change of a block, as a share of the largest diagonal entry.
 const FAITHFUL: f64 = 1e-11;
-/// Most directions kept of a group.
-const MOST: usize = 6;
 
 /// A group of contacts with its directions.
 #[derive(Clone, Debug, Default)]
@@ -267,7 +266,7 @@ impl<const D: usize> GroupSpace<D> {
                 }
                 let pulled = &self.pulled[self.graph.first[h] as usize..self.graph.first[h + 1] as usize];
                 let block = &self.reduced[self.graph.offsets[k] as usize..self.graph.offsets[k + 1] as usize];
-                subtract_rows(block, pulled, own);
+                add_rows(block, (pulled, -1.0), own);
             }
         }
     }
@@ -284,7 +283,7 @@ impl<const D: usize> GroupSpace<D> {
             }
             for (&i, rows) in group.contacts.iter().zip(group.basis.chunks_exact(D * n)) {
                 let i = i as usize;
-                add_rows(rows, push, &mut x[i]);
+                add_rows(rows, (push, 1.0), &mut x[i]);
                 x[i] = apply(&self.compliance[i], &x[i]);
             }
         }
@@ -309,55 +308,6 @@ fn product(a: &[f64], b: &[f64], out: &mut [f64], n: usize) {
             line.iter().zip(out.iter_mut()).for_each(|(b, o)| *o += x * b);
         }
     }
-}
-
-/// out += each line times its factor.
-#[inline(always)]
-fn add_lines(lines: &[f64], factors: &[f64], out: &mut [f64]) {
-    if let Ok(out) = <&mut [f64; MOST]>::try_from(&mut *out) {
-        for (line, factor) in lines.as_chunks::<MOST>().0.iter().zip(factors) {
-            (0..MOST).for_each(|k| out[k] += line[k] * factor);
-        }
-        return;
-    }
-    for (line, factor) in lines.chunks_exact(out.len()).zip(factors) {
-        line.iter().zip(out.iter_mut()).for_each(|(x, o)| *o += x * factor);
-    }
-}
-
-/// out += A x, row by row.
-#[inline(always)]
-fn add_rows(a: &[f64], x: &[f64], out: &mut [f64]) {
-    if let Ok(x) = <&[f64; MOST]>::try_from(x) {
-        for (row, out) in a.as_chunks::<MOST>().0.iter().zip(out) {
-            *out += dot(row, x);
-        }
-        return;
-    }
-    for (row, out) in a.chunks_exact(x.len()).zip(out) {
-        *out += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
-    }
-}
-
-/// out -= A x, row by row.
-#[inline(always)]
-fn subtract_rows(a: &[f64], x: &[f64], out: &mut [f64]) {
-    if let Ok(x) = <&[f64; MOST]>::try_from(x) {
-        for (row, out) in a.as_chunks::<MOST>().0.iter().zip(out) {
-            *out -= dot(row, x);
-        }
-        return;
-    }
-    for (row, out) in a.chunks_exact(x.len()).zip(out) {
-        *out -= row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
-    }
-}
-
-/// In three sums, for one would wait for itself.
-#[inline(always)]
-fn dot(a: &[f64; MOST], b: &[f64; MOST]) -> f64 {
-    let [one, two, three] = std::array::from_fn(|k| a[k] * b[k] + a[k + 3] * b[k + 3]);
-    one + two + three
 }
 
 /// The sum of lines, each times its factor.

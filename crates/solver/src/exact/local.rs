@@ -383,16 +383,29 @@ fn slipping(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// Numbers in [-1, 1] that look random.
-    fn numbers(seed: u64) -> impl FnMut() -> f64 {
+    pub fn numbers(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed;
         move || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
         }
+    }
+
+    /// A symmetric positive block.
+    pub fn block<const D: usize>(next: &mut impl FnMut() -> f64) -> [[f64; D]; D] {
+        let root: [[f64; D]; D] = std::array::from_fn(|_| std::array::from_fn(|_| next()));
+        let mut w = [[0.0; D]; D];
+        for i in 0..D {
+            for j in 0..D {
+                w[i][j] = (0..D).map(|k| root[i][k] * root[j][k]).sum();
+            }
+            w[i][i] += 0.1;
+        }
+        w
     }
 
     /// Impulses of repeated solutions, each from the one before.
@@ -410,14 +423,7 @@ mod tests {
         let mut slips = 0;
         for seed in 0..400 {
             let mut next = numbers(seed);
-            let root: [[f64; 3]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| next()));
-            let mut w = [[0.0; 3]; 3];
-            for i in 0..3 {
-                for j in 0..3 {
-                    w[i][j] = (0..3).map(|k| root[i][k] * root[j][k]).sum();
-                }
-                w[i][i] += 0.1;
-            }
+            let w = block::<3>(&mut next);
             let (mu, size) = (next().abs() + 0.01, 10.0_f64.powf(6.0 * next()));
             let b = [-next().abs(), next(), next()].map(|x| size * x);
             let (plain, near) = (repeated(&w, mu, &b, false), repeated(&w, mu, &b, true));

@@ -208,31 +208,10 @@ fn first_alpha<S: Simd>((a, c, h): (Lane<S>, Lane<S>, Lane<S>), g: [Lane<S>; 2],
 #[cfg(test)]
 mod tests {
     use super::super::local::Local;
+    use super::super::local::tests::{block, numbers};
     use super::*;
     use crate::exact::lane::PACK;
     use pulp::{Arch, WithSimd};
-
-    /// Numbers in [-1, 1] that look random.
-    fn numbers(seed: u64) -> impl FnMut() -> f64 {
-        let mut state = seed;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        }
-    }
-
-    /// A symmetric positive block and what `solve` reads of it.
-    fn block<const D: usize>(next: &mut impl FnMut() -> f64) -> [[f64; D]; D] {
-        let root: [[f64; D]; D] = std::array::from_fn(|_| std::array::from_fn(|_| next()));
-        let mut w = [[0.0; D]; D];
-        for i in 0..D {
-            for j in 0..D {
-                w[i][j] = (0..D).map(|k| root[i][k] * root[j][k]).sum();
-            }
-            w[i][i] += 0.1;
-        }
-        w
-    }
 
     struct Solved<const D: usize>([[f64; D]; D], f64, [f64; D]);
 

@@ -307,6 +307,7 @@ fn alone<const D: usize, const F: usize>(
 
 #[cfg(test)]
 mod tests {
+    use super::super::local::tests::numbers;
     use super::super::operator::Operator;
     use super::super::sweeps::{locals, sweep, velocities};
     use super::*;
@@ -314,11 +315,7 @@ mod tests {
     /// Contacts of bodies that look random, some on what cannot move, with enough of them that packs are full.
     fn contacts<const D: usize>(freedoms: usize) -> Blocks<D> {
         let (bodies, count) = (60, 200);
-        let mut state = 7u64;
-        let mut next = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        };
+        let mut next = numbers(7);
         let mut rows = Rows { freedoms, bodies, ..Rows::default() };
         for i in 0..count {
             let (a, b) = (i % bodies, (7 * i + i / bodies + 1) % bodies);
