@@ -28,7 +28,7 @@ pub fn solver_names() -> Vec<&'static str> {
 /// A fresh solver by name.
 fn make(name: &str) -> Option<Box<dyn FrictionSolver>> {
     match name {
-        "exact" => Some(Box::new(Exact)),
+        "exact" => Some(Box::<Exact>::default()),
         other => other.parse::<FrictionSolverKind>().ok().map(FrictionSolverKind::make),
     }
 }

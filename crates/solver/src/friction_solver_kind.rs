@@ -55,7 +55,7 @@ impl FrictionSolverKind {
             FrictionSolverKind::Apgd => Box::new(OnMatrix::<Apgd>::default()),
             FrictionSolverKind::Lemke => Box::new(Lemke),
             FrictionSolverKind::Enumeration => Box::new(Enumeration),
-            FrictionSolverKind::Exact => Box::new(Exact),
+            FrictionSolverKind::Exact => Box::<Exact>::default(),
         }
     }
 }

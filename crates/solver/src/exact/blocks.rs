@@ -64,19 +64,32 @@ impl<const D: usize> Blocks<D> {
     }
     /// Blocks of a problem in matrix form.
     pub fn of(problem: &FrictionProblem) -> Self {
-        let made = problem.matrix.made(D);
-        let operator = Operator::Matrix(made.matrix.clone());
-        let mut blocks = Blocks { operator, couplings: Some(made.couplings.clone()), ..Blocks::default() };
-        let places = padded(problem.contacts());
-        blocks.velocity.reserve_exact(places);
-        blocks.velocity.extend_from_slice(problem.velocity.as_chunks::<D>().0);
-        blocks.friction.reserve_exact(places);
-        blocks.friction.extend_from_slice(&problem.friction);
-        blocks.norms.reserve_exact(places);
-        blocks.norms.extend_from_slice(&made.norms);
-        blocks.read_diagonal();
-        blocks.pad();
+        let mut blocks = Blocks::default();
+        blocks.read(problem);
         blocks
+    }
+    /// Becomes the blocks of a problem in matrix form.
+    pub fn read(&mut self, problem: &FrictionProblem) {
+        let made = problem.matrix.made(D);
+        self.operator = Operator::Matrix(made.matrix.clone());
+        self.couplings = Some(made.couplings.clone());
+        let places = padded(problem.contacts());
+        self.velocity.clear();
+        self.velocity.reserve_exact(places);
+        self.velocity.extend_from_slice(problem.velocity.as_chunks::<D>().0);
+        self.friction.clear();
+        self.friction.reserve_exact(places);
+        self.friction.extend_from_slice(&problem.friction);
+        self.norms.clear();
+        self.norms.reserve_exact(places);
+        self.norms.extend_from_slice(&made.norms);
+        self.read_diagonal();
+        self.pad();
+    }
+    /// Lets go of the matrix, which is the problem's.
+    pub fn forget_matrix(&mut self) {
+        self.operator = Operator::default();
+        self.couplings = None;
     }
     /// What follows from operator, velocity and friction.
     pub fn complete(&mut self) {

@@ -7,7 +7,7 @@
 use super::analyses::Analyses;
 use super::group_rows::{MOST, add_lines, add_rows};
 use super::operator::Matrix;
-use super::system::{Block, Stiffness, stiffened_inverse};
+use super::system::{Block, Spare, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
 use pulp::{Arch, Simd, WithSimd};
 use std::sync::Arc;
@@ -167,7 +167,7 @@ impl<const D: usize> GroupSpace<D> {
         Some(GroupSpace {
             analysis: analyses.of(&graph),
             factor: Factor::default(),
-            values: reduced.clone(),
+            values: Vec::new(),
             reduced,
             diagonal,
             compliance: vec![[[0.0; D]; D]; matrix.graph.nodes()],
@@ -176,6 +176,16 @@ impl<const D: usize> GroupSpace<D> {
             groups,
             graph,
         })
+    }
+
+    /// The same with memory of another form.
+    pub fn with_memory(self, Spare { factor, mut values }: Spare) -> Self {
+        values.clone_from(&self.reduced);
+        GroupSpace { factor, values, ..self }
+    }
+    /// What memory another form can use.
+    pub fn memory(self) -> Spare {
+        Spare { factor: self.factor, values: self.values }
     }
 
     /// Factorises with D from `blocks`.

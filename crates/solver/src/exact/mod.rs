@@ -74,9 +74,14 @@ use proximal::{error_at, proximal};
 use stage::{Solve, StageEnd};
 use sweeps::Ended;
 
-/// The exact solver for problems in matrix form.
+/// The exact solver for problems in matrix form; holds memory between solves. What it finds out about a graph of contacts
+/// it finds out anew in each: a matrix does not say that its graph still stands.
 #[derive(Clone, Debug, Default)]
-pub struct Exact;
+pub struct Exact {
+    lines: Memory<1>,
+    plane: Memory<2>,
+    space: Memory<3>,
+}
 
 /// Weight of the first proximal step.
 const WEIGHT: f64 = 0.1;
@@ -170,18 +175,18 @@ impl FrictionSolver for Exact {
                     impulses.copy_from_slice(&found);
                     return outcome;
                 }
-                in_dimension::<1>(problem, settings, impulses, watch)
+                in_dimension(problem, settings, impulses, &mut self.lines, watch)
             }
             1 => {
-                let found = in_dimension::<1>(problem, settings, impulses, watch);
+                let found = in_dimension(problem, settings, impulses, &mut self.lines, watch);
                 if found.solved || settings.impulses == ImpulseChoice::MinimumNorm {
                     found
                 } else {
                     pivoted(problem, settings, impulses, watch, found)
                 }
             }
-            2 => in_dimension::<2>(problem, settings, impulses, watch),
-            _ => in_dimension::<3>(problem, settings, impulses, watch),
+            2 => in_dimension(problem, settings, impulses, &mut self.plane, watch),
+            _ => in_dimension(problem, settings, impulses, &mut self.space, watch),
         }
     }
 }
@@ -220,12 +225,13 @@ fn in_dimension<const D: usize>(
     problem: &FrictionProblem,
     settings: &FrictionSettings,
     impulses: &mut [f64],
+    memory: &mut Memory<D>,
     watch: &mut Watch,
 ) -> FrictionOutcome {
-    let blocks = Blocks::<D>::of(problem);
+    let mut blocks = std::mem::take(&mut memory.blocks);
+    blocks.read(problem);
     let started = Stopwatch::start();
-    let mut r: Vec<[f64; D]> = Vec::with_capacity(blocks.velocity.len());
-    r.extend_from_slice(impulses.as_chunks::<D>().0);
+    let mut r = memory.pool.copy(impulses.as_chunks::<D>().0);
     r.resize(blocks.velocity.len(), [0.0; D]);
     let goal = Goal {
         tolerance: settings.tolerance,
@@ -236,8 +242,8 @@ fn in_dimension<const D: usize>(
         content: None,
         early: true,
     };
-    let (mut analyses, mut memory) = (Analyses::default(), Memory::default());
-    let answer = solve_blocks(&blocks, &goal, &mut r, (&mut analyses, &mut memory), watch);
+    let mut analyses = Analyses::default();
+    let answer = solve_blocks(&blocks, &goal, &mut r, (&mut analyses, memory), watch);
     let asked = !answer.solved() && answer.is_worth_asking();
     let strict_feasibility = asked.then(|| feasibility_of(&blocks, &mut analyses)).flatten();
     for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
@@ -261,6 +267,9 @@ fn in_dimension<const D: usize>(
         impulses.copy_from_slice(found);
     }
     let reason = if solved { String::new() } else { reason(&answer) };
+    blocks.forget_matrix();
+    memory.blocks = blocks;
+    memory.pool.give([r]);
     FrictionOutcome {
         solved,
         measure: reached,

@@ -82,19 +82,7 @@ impl<const D: usize> Operator<D> {
     /// Becomes S W S with S diagonal; a zero in S uncouples its row.
     pub fn become_scaled(&mut self, of: &Self, stretch: &[[f64; D]]) {
         match of {
-            Operator::Matrix(m) => {
-                let mut m = Matrix::clone(m);
-                for i in 0..m.graph.nodes() {
-                    for k in m.graph.row(i) {
-                        let j = m.graph.neighbours[k] as usize;
-                        let at = m.graph.offsets[k] as usize;
-                        for (e, value) in m.values[at..at + D * D].iter_mut().enumerate() {
-                            *value *= stretch[i][e / D] * stretch[j][e % D];
-                        }
-                    }
-                }
-                *self = Operator::Matrix(Arc::new(m));
-            }
+            Operator::Matrix(m) => self.become_scaled_matrix(m, stretch),
             Operator::Bodies(rows) => {
                 if !matches!(self, Operator::Bodies(_)) {
                     *self = Operator::default();
@@ -109,6 +97,31 @@ impl<const D: usize> Operator<D> {
                 }
             }
         }
+    }
+    /// The same of a matrix; its memory is used again where nobody else holds it.
+    fn become_scaled_matrix(&mut self, of: &Matrix, stretch: &[[f64; D]]) {
+        let kept = match self {
+            Operator::Matrix(own) => Arc::get_mut(own).map(std::mem::take),
+            Operator::Bodies(_) => None,
+        };
+        let mut values = kept.unwrap_or_default().values;
+        values.clear();
+        values.reserve_exact(of.values.len());
+        for (i, own) in stretch.iter().enumerate() {
+            for k in of.graph.row(i) {
+                let other = &stretch[of.graph.neighbours[k] as usize];
+                let (at, mut scaled) = (of.graph.offsets[k] as usize, [[0.0; D]; D]);
+                for r in 0..D {
+                    for c in 0..D {
+                        scaled[r][c] = of.values[at + r * D + c] * (own[r] * other[c]);
+                    }
+                }
+                values.extend_from_slice(scaled.as_flattened());
+            }
+        }
+        values.push(0.0);
+        let (graph, diagonal) = (of.graph.clone(), of.diagonal.clone());
+        *self = Operator::Matrix(Arc::new(Matrix { graph, values, diagonal }));
     }
     /// The blocks of W; `None` when there would be more than `most` of them.
     pub fn matrix(&self, most: usize) -> Option<Arc<Matrix>> {

@@ -65,6 +65,7 @@ impl<'a, const D: usize> Solve<'a, D> {
     pub fn leave(self, memory: &mut Memory<D>) {
         memory.scaled = self.scaled;
         memory.system = self.system;
+        memory.system.let_go(&memory.scaled.operator);
         memory.pool = self.pool;
         memory.pool.give([self.best]);
     }

@@ -41,6 +41,15 @@ pub struct System<const D: usize> {
     krylov: Krylov<D>,
     /// The rows that contact space was assembled from, values apart.
     assembled_from: Option<Rows<D>>,
+    /// Memory of a form that was let go.
+    spare: Spare,
+}
+
+/// Memory for factors and for the matrix that they are of.
+#[derive(Clone, Debug, Default)]
+pub struct Spare {
+    pub factor: Factor,
+    pub values: Vec<f64>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -65,13 +74,10 @@ struct ContactSpace {
 }
 
 impl ContactSpace {
-    fn of(matrix: Arc<Matrix>, analyses: &mut Analyses) -> Self {
-        ContactSpace {
-            analysis: analyses.of(&matrix.graph),
-            factor: Factor::default(),
-            values: matrix.values.clone(),
-            matrix,
-        }
+    fn of(matrix: Arc<Matrix>, analyses: &mut Analyses, spare: Spare) -> Self {
+        let Spare { factor, mut values } = spare;
+        values.clone_from(&matrix.values);
+        ContactSpace { analysis: analyses.of(&matrix.graph), factor, values, matrix }
     }
 }
 
@@ -134,19 +140,31 @@ impl<const D: usize> System<D> {
     /// Takes the cheapest form.
     fn choose(&mut self, operator: &Operator<D>, analyses: &mut Analyses) {
         self.assembled_from = None;
+        let spare = std::mem::take(&mut self.spare);
         self.form = match operator {
             Operator::Matrix(matrix) => match GroupSpace::of(matrix, analyses) {
-                Some(groups) => Form::Groups(groups),
-                None => Form::Contacts(ContactSpace::of(matrix.clone(), analyses)),
+                Some(groups) => Form::Groups(groups.with_memory(spare)),
+                None => Form::Contacts(ContactSpace::of(matrix.clone(), analyses, spare)),
             },
             Operator::Bodies(rows) => match BodySpace::of(rows, operator, analyses) {
                 Ok(bodies) => Form::Bodies(bodies),
                 Err(matrix) => {
                     self.assembled_from = Some(Rows { values: Vec::new(), ..rows.clone() });
-                    Form::Contacts(ContactSpace::of(matrix, analyses))
+                    Form::Contacts(ContactSpace::of(matrix, analyses, spare))
                 }
             },
         };
+    }
+    /// Lets go of a matrix that is the operator's own, and keeps the memory of its form for the next.
+    pub fn let_go(&mut self, operator: &Operator<D>) {
+        if matches!(operator, Operator::Bodies(_)) {
+            return;
+        }
+        match std::mem::take(&mut self.form) {
+            Form::Contacts(ContactSpace { factor, values, .. }) => self.spare = Spare { factor, values },
+            Form::Groups(space) => self.spare = space.memory(),
+            Form::Open | Form::Bodies(_) | Form::Pivoted(_) => {}
+        }
     }
     /// What an iteration with one factorisation takes, from sizes alone \[ns\].
     pub fn price(&self) -> f64 {
@@ -241,7 +259,7 @@ impl<const D: usize> System<D> {
             Form::Contacts(space) => Pivoted::of(&space.matrix).map(Form::Pivoted),
             Form::Groups(_) | Form::Bodies(_) => {
                 let matrix = scaled.operator.matrix(60 * scaled.count() + 1000);
-                let space = matrix.map(|m| ContactSpace::of(m, &mut Analyses::default()));
+                let space = matrix.map(|m| ContactSpace::of(m, &mut Analyses::default(), Spare::default()));
                 space.filter(|s| s.analysis.flops < DEAR as _).map(Form::Contacts)
             }
             Form::Open | Form::Pivoted(_) => None,

@@ -166,7 +166,7 @@ fn the_matrix_form_finds_the_same_impulses<S: Space>() {
         let wanted = least(&what, &problem).flat();
         let size = wanted.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
         let asked = FrictionSettings { impulses: ImpulseChoice::MinimumNorm, ..FrictionSettings::default() };
-        let (found, outcome) = solve_matrix(&mut Exact, &assembled(&problem), &asked);
+        let (found, outcome) = solve_matrix(&mut Exact::default(), &assembled(&problem), &asked);
         assert!(outcome.solved, "{what}: {outcome:?}");
         let off = wanted.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size;
         assert!(off <= 1e-9, "{what}: off by {off:e}");

@@ -41,7 +41,7 @@ fn assert_solved(what: &str, problem: &ContactProblem<Spatial>, factorisations: 
         for (amplitude, factor) in [(0.01, 1.0), (0.1, 1.7), (0.5, 0.5), (2.0, 1.0)] {
             let settings = FrictionSettings { factorisations, ..FrictionSettings::default() };
             let harder = stressed(&base, amplitude, factor, random);
-            let (_, outcome) = solve_matrix(&mut Exact, &harder, &settings);
+            let (_, outcome) = solve_matrix(&mut Exact::default(), &harder, &settings);
             let m = outcome.measure;
             assert!(
                 outcome.solved,
@@ -91,7 +91,7 @@ fn folds_of_the_central_path_are_passed() {
     });
     let settings = FrictionSettings { factorisations: 400, ..FrictionSettings::default() };
     for (name, problem) in planar.iter().chain(&spatial) {
-        let (_, outcome) = solve_matrix(&mut Exact, problem, &settings);
+        let (_, outcome) = solve_matrix(&mut Exact::default(), problem, &settings);
         assert!(outcome.solved, "{name}: natural {:.1e}, {:?}", outcome.measure.natural, outcome.stages);
         assert!(
             outcome.stages.iter().any(|s| s.name == "path"),
@@ -110,12 +110,12 @@ fn what_is_not_solved_is_told_with_its_strict_feasibility() {
         velocity: vec![-1.0, 0.0],
         friction: vec![0.6],
     };
-    let (_, outcome) = solve_matrix(&mut Exact, &rail, &FrictionSettings::default());
+    let (_, outcome) = solve_matrix(&mut Exact::default(), &rail, &FrictionSettings::default());
     assert!(!outcome.solved);
     let t = outcome.strict_feasibility.expect("a bound is found");
     // u = (s - 1, 2 s): s - 1 - 1.2 |s| is at most -1, at s = 0
     assert!((t + 1.0).abs() < 1e-3, "{t}");
     let settings = FrictionSettings { factorisations: 3, ..FrictionSettings::default() };
-    let (_, outcome) = solve_matrix(&mut Exact, &rail, &settings);
+    let (_, outcome) = solve_matrix(&mut Exact::default(), &rail, &settings);
     assert_eq!(outcome.strict_feasibility, None, "three factorisations pay for no more");
 }

@@ -73,7 +73,7 @@ fn a_matrix_a_step_later_takes_at_most_four_factorisations<S: Space>() {
         for round in 0..4 {
             let later = assembled(&stirred(&problem, 1e-3, &mut random));
             let mut impulses = start.clone();
-            let outcome = Exact.solve(&later, &settings, &mut impulses, &mut unwatched);
+            let outcome = Exact::default().solve(&later, &settings, &mut impulses, &mut unwatched);
             println!("{what}: {} cold, {} warm", cold.factorisations, outcome.factorisations);
             assert!(outcome.solved && errors(&later, &impulses).solve(1e-8), "{what}: {outcome:?}");
             assert!(outcome.factorisations <= 4, "{what}, round {round}: {}", outcome.factorisations);
@@ -87,13 +87,13 @@ fn an_answer_on_the_edges_is_a_start_too<S: Space>() {
     let mut random = Random::new(94);
     for (what, problem) in structures::<S>() {
         let settings = FrictionSettings::default();
-        let (start, first) = solve_matrix(&mut Exact, &assembled(&problem), &settings);
+        let (start, first) = solve_matrix(&mut Exact::default(), &assembled(&problem), &settings);
         assert!(first.solved, "{what}");
         for _ in 0..4 {
             let later = assembled(&stirred(&problem, 1e-3, &mut random));
-            let (_, cold) = solve_matrix(&mut Exact, &later, &settings);
+            let (_, cold) = solve_matrix(&mut Exact::default(), &later, &settings);
             let mut impulses = start.clone();
-            let outcome = Exact.solve(&later, &settings, &mut impulses, &mut unwatched);
+            let outcome = Exact::default().solve(&later, &settings, &mut impulses, &mut unwatched);
             println!("{what}: {} cold, {} warm", cold.factorisations, outcome.factorisations);
             assert!(outcome.solved && errors(&later, &impulses).solve(1e-8), "{what}: {outcome:?}");
             assert!(outcome.factorisations <= cold.factorisations + 16, "{what}: {outcome:?}");
