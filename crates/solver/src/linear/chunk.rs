@@ -23,40 +23,56 @@ pub fn factorize_chunk<S: Simd>(simd: S, a: &mut [f64], (k, node): (usize, usize
 /// The same for nodes of N scalars and k up to 16.
 #[inline(always)]
 fn factorize_by<S: Simd, const N: usize>(simd: S, a: &mut [f64], k: usize) -> bool {
-    let row = padded(k);
+    if padded(k) == 8 { factorize_lines::<S, N, 8>(simd, a, k) } else { factorize_lines::<S, N, 16>(simd, a, k) }
+}
+
+/// Place by place in a column.
+const PLACES: [f64; 16] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+
+/// The same for columns of so many numbers.
+#[inline(always)]
+fn factorize_lines<S: Simd, const N: usize, const ROW: usize>(simd: S, a: &mut [f64], k: usize) -> bool {
+    let (columns, _) = a.as_chunks_mut::<ROW>();
+    let columns = &mut columns[..k];
+    let zero = simd.splat_f64s(0.0);
     for c in (0..k).step_by(N) {
-        let mut block = [0.0; 48];
+        let (own, later) = columns[c..].split_at_mut(N);
+        let mut node = [0.0; 48];
         for i in 0..N {
-            block[i * 8..i * 8 + N].copy_from_slice(&a[(c + i) * row + c..][..N]);
+            node[i * 8..i * 8 + N].copy_from_slice(&own[i][c..c + N]);
         }
-        if !invert(simd, &mut block, N) {
+        if !invert(simd, &mut node, N) {
             return false;
         }
         // the columns below the node times its inverse
-        let mut below = [[0.0; 16]; N];
-        for v in (0..row).step_by(S::F64_LANES) {
+        let mut below = [[0.0; ROW]; N];
+        let first = simd.splat_f64s((c + N) as f64);
+        for v in (0..ROW).step_by(S::F64_LANES) {
+            let is_below = simd.less_than_or_equal_f64s(first, register::<S>(&PLACES, v));
+            let mut given = [zero; N];
+            for l in 0..N {
+                given[l] = register::<S>(&own[l], v);
+            }
             for i in 0..N {
-                let mut sum = simd.splat_f64s(0.0);
+                let mut sum = zero;
                 for l in 0..N {
-                    let factor = simd.splat_f64s(block[i * 8 + l]);
-                    sum = simd.mul_add_f64s(factor, register::<S>(a, (c + l) * row + v), sum);
+                    sum = simd.mul_add_f64s(simd.splat_f64s(node[i * 8 + l]), given[l], sum);
                 }
-                put::<S>(&mut below[i], v, sum);
+                put::<S>(&mut below[i], v, simd.select_f64s(is_below, sum, zero));
+                put::<S>(&mut own[i], v, simd.select_f64s(is_below, sum, given[i]));
             }
         }
-        for (i, below) in below.iter_mut().enumerate() {
-            below[..c + N].fill(0.0);
-            let column = &mut a[(c + i) * row..(c + i + 1) * row];
-            column[c..c + N].copy_from_slice(&block[i * 8..i * 8 + N]);
-            column[c + N..].copy_from_slice(&below[c + N..row]);
+        for i in 0..N {
+            own[i][c..c + N].copy_from_slice(&node[i * 8..i * 8 + N]);
         }
-        for column in a[(c + N) * row..k * row].chunks_exact_mut(row) {
+        for column in later {
             let mut factors = [0.0; N];
             factors.copy_from_slice(&column[c..c + N]);
-            for v in (0..row).step_by(S::F64_LANES) {
+            for v in (0..ROW).step_by(S::F64_LANES) {
                 let mut sum = register::<S>(column, v);
-                for (factor, below) in factors.iter().zip(&below) {
-                    sum = simd.negate_mul_add_f64s(simd.splat_f64s(*factor), register::<S>(below, v), sum);
+                for i in 0..N {
+                    let factor = simd.splat_f64s(factors[i]);
+                    sum = simd.negate_mul_add_f64s(factor, register::<S>(&below[i], v), sum);
                 }
                 put::<S>(column, v, sum);
             }
