@@ -199,13 +199,18 @@ impl Factor {
 /// Replaces the right-hand side of a factorised chunk by the solution.
 #[inline(always)]
 fn solve_chunk(m: (&[f64], usize), x: &mut [f64], node: usize) {
-    match node {
-        1 => solve_nodes::<1>(m, x),
-        2 => solve_nodes::<2>(m, x),
-        3 => solve_nodes::<3>(m, x),
-        4 => solve_nodes::<4>(m, x),
-        5 => solve_nodes::<5>(m, x),
-        6 => solve_nodes::<6>(m, x),
+    match (node, x.len()) {
+        (2, 2) => solve_nodes::<2, 2>(m, x),
+        (2, 4) => solve_nodes::<2, 4>(m, x),
+        (2, 6) => solve_nodes::<2, 6>(m, x),
+        (2, 8) => solve_nodes::<2, 8>(m, x),
+        (3, 3) => solve_nodes::<3, 3>(m, x),
+        (3, 6) => solve_nodes::<3, 6>(m, x),
+        (3, 9) => solve_nodes::<3, 9>(m, x),
+        (3, 12) => solve_nodes::<3, 12>(m, x),
+        (6, 6) => solve_nodes::<6, 6>(m, x),
+        (6, 12) => solve_nodes::<6, 12>(m, x),
+        (1..=6, _) => solve_any_nodes(m, x, node),
         _ => {
             let right = negated(x);
             x.fill(0.0);
@@ -216,34 +221,58 @@ fn solve_chunk(m: (&[f64], usize), x: &mut [f64], node: usize) {
     }
 }
 
-/// The same for nodes of N scalars.
+/// The same for nodes of N scalars, K together.
 #[inline(always)]
-fn solve_nodes<const N: usize>((m, ldm): (&[f64], usize), x: &mut [f64]) {
+fn solve_nodes<const N: usize, const K: usize>((m, ldm): (&[f64], usize), x: &mut [f64]) {
+    let mut own = [0.0; K];
+    own.copy_from_slice(&x[..K]);
+    let column = |c: usize| &m[c * ldm..c * ldm + K];
+    for c in 0..K - N {
+        let (column, factor) = (column(c), own[c]);
+        for i in 0..K {
+            own[i] -= if i / N > c / N { column[i] * factor } else { 0.0 };
+        }
+    }
+    for first in (0..K / N).rev().map(|node| node * N) {
+        let mut found = [0.0; N];
+        for l in 0..N {
+            let column = &column(first + l)[first..first + N];
+            for i in 0..N {
+                found[i] += column[i] * own[first + l];
+            }
+        }
+        for l in 0..N {
+            let column = column(first + l);
+            own[first + l] = found[l];
+            for i in 0..K {
+                own[i] -= if i < first { column[i] * found[l] } else { 0.0 };
+            }
+        }
+    }
+    x.copy_from_slice(&own);
+}
+
+/// The same for any sizes.
+fn solve_any_nodes((m, ldm): (&[f64], usize), x: &mut [f64], node: usize) {
     let k = x.len();
-    for c in (N..k).step_by(N) {
+    for c in (node..k).step_by(node) {
         let (done, later) = x.split_at_mut(c);
-        for (l, own) in done[c - N..].iter().enumerate() {
-            let column = &m[(c - N + l) * ldm + c..][..later.len()];
+        for (l, own) in done[c - node..].iter().enumerate() {
+            let column = &m[(c - node + l) * ldm + c..][..later.len()];
             later.iter_mut().zip(column).for_each(|(x, m)| *x -= m * own);
         }
     }
-    for c in (0..k).step_by(N).rev() {
-        let mut left = [0.0; N];
-        left.copy_from_slice(&x[c..c + N]);
-        for (b, later) in x.iter().enumerate().skip(c + N) {
-            let column = &m[b * ldm + c..][..N];
-            for i in 0..N {
-                left[i] -= column[i] * later;
-            }
+    for c in (0..k).step_by(node).rev() {
+        let mut found = [0.0; 6];
+        for l in 0..node {
+            let column = &m[(c + l) * ldm + c..][..node];
+            found.iter_mut().zip(column).for_each(|(found, m)| *found += m * x[c + l]);
         }
-        let mut found = [0.0; N];
-        for l in 0..N {
-            let column = &m[(c + l) * ldm + c..][..N];
-            for i in 0..N {
-                found[i] += column[i] * left[l];
-            }
+        x[c..c + node].copy_from_slice(&found[..node]);
+        for l in 0..node {
+            let column = &m[(c + l) * ldm..][..c];
+            x[..c].iter_mut().zip(column).for_each(|(x, m)| *x -= m * found[l]);
         }
-        x[c..c + N].copy_from_slice(&found);
     }
 }
 
@@ -268,6 +297,7 @@ fn split<'a>(panel: &'a mut [f64], front: &Front) -> Panel<'a> {
 #[inline(always)]
 fn place(source: &[f64], (target, stride): (&mut [f64], usize), (rows, columns): (usize, usize)) {
     match (rows, columns) {
+        (2, 2) => place_square::<2>(source, target, stride),
         (3, 3) => place_square::<3>(source, target, stride),
         (6, 6) => place_square::<6>(source, target, stride),
         _ => {

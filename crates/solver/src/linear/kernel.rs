@@ -183,6 +183,8 @@ pub fn divide_right<S: Simd>(
     match (node, k) {
         (2, 2) => divide_by::<S, 2, 2>(simd, (a, lda), (m, ldm), rows),
         (2, 4) => divide_by::<S, 2, 4>(simd, (a, lda), (m, ldm), rows),
+        (2, 6) => divide_by::<S, 2, 6>(simd, (a, lda), (m, ldm), rows),
+        (2, 8) => divide_by::<S, 2, 8>(simd, (a, lda), (m, ldm), rows),
         (3, 3) => divide_by::<S, 3, 3>(simd, (a, lda), (m, ldm), rows),
         (3, 6) => divide_by::<S, 3, 6>(simd, (a, lda), (m, ldm), rows),
         (3, 9) => divide_by::<S, 3, 9>(simd, (a, lda), (m, ldm), rows),
