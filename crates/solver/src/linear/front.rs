@@ -106,17 +106,12 @@ fn take_chunk<S: Simd>(simd: S, panel: &mut Panel<'_>, chunk: Chunk, scratch: &m
     let (p, ld, k) = (panel.pivots, panel.stride, chunk.size);
     let line = padded(k);
     let factors = &mut scratch.chunk[..k * line];
-    for (c, out) in factors.chunks_exact_mut(line).enumerate() {
-        let column = &panel.p[(chunk.at + c) * p + chunk.at..][..k];
-        out[..k].copy_from_slice(column);
-        out[k..].fill(0.0);
-    }
+    factors.chunks_exact_mut(line).for_each(|column| column[line - 8..].fill(0.0));
+    copy_columns((&panel.p[chunk.at * p + chunk.at..], p), (factors, line), k);
     if !factorize_chunk(simd, factors, (k, chunk.node)) {
         return false;
     }
-    for (c, own) in factors.chunks_exact(line).enumerate() {
-        panel.p[(chunk.at + c) * p + chunk.at..][..k].copy_from_slice(&own[..k]);
-    }
+    copy_columns((factors, line), (&mut panel.p[chunk.at * p + chunk.at..], p), k);
     let sizes = (k, chunk.node);
     if panel.rows > 0 {
         divide_right(simd, (&mut panel.l[chunk.at * ld..], ld), (factors, line), ld, sizes);
@@ -134,6 +129,33 @@ fn take_chunk<S: Simd>(simd: S, panel: &mut Panel<'_>, chunk: Chunk, scratch: &m
         }
     }
     true
+}
+
+/// Copies k columns of k numbers; each side with the distance of its columns.
+#[inline(always)]
+fn copy_columns(from: (&[f64], usize), to: (&mut [f64], usize), k: usize) {
+    match k {
+        2 => copy_known::<2>(from, to),
+        3 => copy_known::<3>(from, to),
+        4 => copy_known::<4>(from, to),
+        6 => copy_known::<6>(from, to),
+        8 => copy_known::<8>(from, to),
+        9 => copy_known::<9>(from, to),
+        12 => copy_known::<12>(from, to),
+        _ => {
+            for (to, from) in to.0.chunks_mut(to.1).zip(from.0.chunks(from.1)).take(k) {
+                to[..k].copy_from_slice(&from[..k]);
+            }
+        }
+    }
+}
+
+/// The same for a number known beforehand, which needs no call.
+#[inline(always)]
+fn copy_known<const K: usize>((from, stride): (&[f64], usize), (to, line): (&mut [f64], usize)) {
+    for c in 0..K {
+        to[c * line..c * line + K].copy_from_slice(&from[c * stride..c * stride + K]);
+    }
 }
 
 /// The later columns of the block, below the chunk.

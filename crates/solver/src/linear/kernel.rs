@@ -73,14 +73,16 @@ fn columns<S: Simd, const N: usize>(
     }
     if i < m {
         let width = m - i;
-        for n in 0..N {
-            let mut sum = simd.splat_f64s(0.0);
-            for l in 0..k {
-                let column = simd.partial_load_f64s(&a[l * lda + i..l * lda + i + width]);
-                sum = simd.mul_add_f64s(simd.splat_f64s(b[n * ldb + l]), column, sum);
+        let mut sums = [simd.splat_f64s(0.0); N];
+        for l in 0..k {
+            let column = simd.partial_load_f64s(&a[l * lda + i..l * lda + i + width]);
+            for n in 0..N {
+                sums[n] = simd.mul_add_f64s(simd.splat_f64s(b[n * ldb + l]), column, sums[n]);
             }
+        }
+        for n in 0..N {
             let out = &mut c[n * ldc + i..n * ldc + i + width];
-            let value = simd.sub_f64s(simd.partial_load_f64s(out), sum);
+            let value = simd.sub_f64s(simd.partial_load_f64s(out), sums[n]);
             simd.partial_store_f64s(out, value);
         }
     }
