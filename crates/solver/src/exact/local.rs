@@ -244,7 +244,7 @@ fn eigen(a: f64, c: f64, h: f64) -> ([f64; 2], [f64; 2]) {
 const QUICK: usize = 6;
 /// Change of alpha, as a share of what it is added to, that is small enough for them: sweeps come back before its
 /// square matters.
-const NEAR: f64 = 0.05;
+const NEAR: f64 = 0.2;
 /// The same where none comes back: t follows to second order, and the cube is rounding.
 const LAST: f64 = 1e-5;
 /// Most of alpha that a step takes away where it would take all: no slip has alpha = 0.

@@ -14,7 +14,7 @@ pub const GIVEN: [usize; 3] = [3, 5, 8];
 const STEPS: usize = 5;
 /// Change of alpha next to S + alpha that is small enough: t follows it to first order, and sweeps come back before its
 /// square matters.
-const NEAR: f64 = 0.02;
+const NEAR: f64 = 0.1;
 /// Of alpha that a step takes away where it would take all.
 const MOST: f64 = 0.75;
 /// Least determinant of S, next to its diagonal squared, with which a contact can stick.
