@@ -216,7 +216,17 @@ pub(crate) fn measured_in<const D: usize>(problem: &FrictionProblem, impulses: &
         product(&made.couplings, w, &spaced, &mut velocity);
         return judged(problem, impulses, norms, &velocity);
     }
-    let (mut spaced, mut velocity) = ([0.0; 4 * FEW], [[0.0; D]; FEW]);
+    let mut velocity = [[0.0; D]; FEW];
+    if D == 1 {
+        // one after another: what is laid out for registers would take longer to ask for
+        for (i, velocity) in velocity[..count].iter_mut().enumerate() {
+            let row = w.graph.row(i);
+            let others = w.graph.neighbours[row.clone()].iter().zip(&w.values[row]);
+            velocity[0] = others.map(|(&j, w)| w * impulses[j as usize][0]).sum();
+        }
+        return judged(problem, impulses, norms, &velocity[..count]);
+    }
+    let mut spaced = [0.0; 4 * FEW];
     spread(impulses, &mut spaced[..size]);
     product(&made.couplings, w, &spaced[..size], &mut velocity[..count]);
     judged(problem, impulses, norms, &velocity)

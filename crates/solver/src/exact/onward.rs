@@ -85,7 +85,7 @@ impl Conjugate {
 }
 
 /// Most changes that are mixed.
-const DEPTH: usize = 8;
+const DEPTH: usize = 24;
 /// The changes before are forgotten when what a map moves grows by more than this.
 const GROWTH: f64 = 2.0;
 /// Share of its squared length that is added to each change's own.
