@@ -33,14 +33,17 @@ fn with_room<const N: usize>(
     settings: &FrictionSettings,
     impulses: &mut [f64],
 ) -> Option<FrictionOutcome> {
-    let mut found = [0.0; N];
-    let found = found.get_mut(..impulses.len())?;
+    let mut room = [0.0; N];
+    if impulses.len() > N {
+        return None;
+    }
     let (name, iterations) = match (problem.contacts(), problem.dimension) {
-        (1, 2) => ("one contact", alone::<2>(problem, found)),
-        (1, 3) => ("one contact", alone::<3>(problem, found)),
-        (_, 1) => complementary(problem, settings, impulses, found)?,
+        (1, 2) => ("one contact", alone::<2>(problem, &mut room[..2])),
+        (1, 3) => ("one contact", alone::<3>(problem, &mut room[..3])),
+        (_, 1) => complementary(problem, settings, impulses, &mut room)?,
         _ => return None,
     };
+    let found = &room[..impulses.len()];
     let measure = measure(problem, found);
     if !measure.solves(settings.tolerance) {
         return None;
@@ -58,19 +61,20 @@ fn with_room<const N: usize>(
     })
 }
 
-/// The impulses of few contacts without friction, how they were found, and the rounds it took.
+/// The impulses of few contacts without friction, how they were found, and the rounds it took. There is room for more.
 fn complementary(
     problem: &FrictionProblem,
     settings: &FrictionSettings,
     start: &[f64],
-    found: &mut [f64],
+    room: &mut [f64],
 ) -> Option<(&'static str, usize)> {
     let q = &problem.velocity;
     if q.len() <= small::LARGEST
-        && let Some(ended) = small::solved(&problem.matrix.made(1).matrix, q, settings.tolerance, found)
+        && let Some(ended) = small::solved(&problem.matrix.made(1).matrix, q, settings.tolerance, room)
     {
         return Some(ended);
     }
+    let found = &mut room[..start.len()];
     found.copy_from_slice(start);
     Some(("pivots", pivoted(&problem.matrix, q, found)?))
 }

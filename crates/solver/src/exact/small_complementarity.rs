@@ -21,22 +21,21 @@ struct Small<const N: usize> {
     size: f64,
 }
 
-/// z >= 0, w = M z + q >= 0, z.w = 0 to the tolerance, in terms of |q|; the name of what found z and its rounds.
-/// `None`, z as it was, where neither does.
+/// z >= 0, w = M z + q >= 0, z.w = 0 to the tolerance, in terms of |q|; the name of what found z, which begins as zeros and
+/// has room for the most unknowns, and its rounds. `None`, with anything in z, where neither does.
 pub fn solved(m: &Matrix, q: &[f64], tolerance: f64, z: &mut [f64]) -> Option<(&'static str, usize)> {
     if q.iter().all(|q| *q >= 0.0) {
-        z.fill(0.0);
         return Some(("sweeps", 0));
     }
     if q.len() <= 4 {
-        in_fours(Solved::<4, 8>(m, q, tolerance, z))
+        in_fours(Solved::<4, 8>(m, q, tolerance, z.first_chunk_mut()?))
     } else {
-        in_fours(Solved::<8, 12>(m, q, tolerance, z))
+        in_fours(Solved::<8, 12>(m, q, tolerance, z.first_chunk_mut()?))
     }
 }
 
 /// The same for at most N unknowns; rows of the tableau have W >= N + 2 numbers.
-struct Solved<'a, const N: usize, const W: usize>(&'a Matrix, &'a [f64], f64, &'a mut [f64]);
+struct Solved<'a, const N: usize, const W: usize>(&'a Matrix, &'a [f64], f64, &'a mut [f64; N]);
 
 impl<const N: usize, const W: usize> WithSimd for Solved<'_, N, W> {
     type Output = Option<(&'static str, usize)>;
@@ -44,19 +43,13 @@ impl<const N: usize, const W: usize> WithSimd for Solved<'_, N, W> {
     fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
         let Solved(m, q, tolerance, z) = self;
         let small = Small::<N>::of(m, q);
-        let mut found = [0.0; N];
         let fused = S::F64_LANES == 4;
-        let swept = if fused {
-            small.swept::<true>(tolerance, &mut found)
-        } else {
-            small.swept::<false>(tolerance, &mut found)
-        };
-        let ended = match swept {
-            Some(rounds) => ("sweeps", rounds),
-            None => ("pivots", small.along_path::<W>(&mut found)?),
-        };
-        z.copy_from_slice(&found[..small.n]);
-        Some(ended)
+        let swept =
+            if fused { small.swept::<true>(tolerance, z) } else { small.swept::<false>(tolerance, z) };
+        match swept {
+            Some(rounds) => Some(("sweeps", rounds)),
+            None => Some(("pivots", small.along_path::<W>(z)?)),
+        }
     }
 }
 
@@ -245,7 +238,7 @@ mod tests {
     }
 
     fn check(dense: &[&[f64]], q: &[f64], how: &str) {
-        let mut z = vec![0.0; q.len()];
+        let mut z = [0.0; LARGEST];
         let (name, _) = solved(&matrix(dense), q, 1e-12, &mut z).expect("it is solved");
         assert_eq!(name, how);
         for (i, row) in dense.iter().enumerate() {
@@ -277,10 +270,9 @@ mod tests {
 
     #[test]
     fn rays_and_ties_are_left_to_others() {
-        let mut z = [7.0; 3];
-        assert!(solved(&matrix(&[&[0.0, -1.0], &[-1.0, 0.0]]), &[-1.0, -2.0], 1e-12, &mut z[..2]).is_none());
+        let (mut z, m) = ([0.0; LARGEST], matrix(&[&[0.0, -1.0], &[-1.0, 0.0]]));
+        assert!(solved(&m, &[-1.0, -2.0], 1e-12, &mut z).is_none());
         let tied: &[&[f64]] = &[&[0.0, 1.0, 1.0], &[1.0, 0.0, 1.0], &[-1.0, -1.0, 0.0]];
-        assert!(solved(&matrix(tied), &[0.0, 0.0, -1.0], 1e-12, &mut z).is_none());
-        assert_eq!(z, [7.0; 3]);
+        assert!(solved(&matrix(tied), &[0.0, 0.0, -1.0], 1e-12, &mut [0.0; LARGEST]).is_none());
     }
 }

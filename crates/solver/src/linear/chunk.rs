@@ -23,11 +23,16 @@ pub fn factorize_chunk<S: Simd>(simd: S, a: &mut [f64], (k, node): (usize, usize
 /// The same for nodes of N scalars and k up to 16.
 #[inline(always)]
 fn factorize_by<S: Simd, const N: usize>(simd: S, a: &mut [f64], k: usize) -> bool {
-    if padded(k) == 8 { factorize_lines::<S, N, 8>(simd, a, k) } else { factorize_lines::<S, N, 16>(simd, a, k) }
+    if padded(k) == 8 {
+        factorize_lines::<S, N, 8>(simd, a, k)
+    } else {
+        factorize_lines::<S, N, 16>(simd, a, k)
+    }
 }
 
 /// Place by place in a column.
-const PLACES: [f64; 16] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+const PLACES: [f64; 16] =
+    [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
 
 /// The same for columns of so many numbers.
 #[inline(always)]
