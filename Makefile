@@ -242,7 +242,7 @@ bench-contact-hard: $(CONTACT)
 # piles that carom has poured: what sweeps and exact reach, in what time and memory
 PILES ?= 1000,12000
 bench-contact-piles: $(CONTACT)
-	$(CONTACT) scaling --piles $(PILES) --tolerance 1e-6 --limit $(LIMIT) --out $(BENCH)/results
+	$(CONTACT) scaling --piles $(PILES) --tolerance 1e-6 --limit $(LIMIT) --out $(BENCH)/results $(if $(SOLVERS),--solvers $(SOLVERS))
 
 # random impulses and friction on the problems of the folder and on our own small ones
 SEEDS ?= 1

@@ -81,6 +81,20 @@ fn a_matrix_a_step_later_takes_at_most_four_factorisations<S: Space>() {
     }
 }
 
+/// Memory is kept between solves in matrix form, numbers are not: of problems of other sizes and forms, and there and
+/// back, one solver finds the bits that a fresh one finds.
+fn memory_of_other_solves_changes_no_bit<S: Space>() {
+    let settings = FrictionSettings::default();
+    let problems: Vec<_> = structures::<S>().into_iter().map(|(what, p)| (what, assembled(&p))).collect();
+    let mut kept = Exact::default();
+    for (what, problem) in problems.iter().chain(problems.iter().rev()) {
+        let (fresh, first) = solve_matrix(&mut Exact::default(), problem, &settings);
+        let (again, second) = solve_matrix(&mut kept, problem, &settings);
+        assert_eq!(first.factorisations, second.factorisations, "{what}");
+        assert_eq!(fresh, again, "{what}");
+    }
+}
+
 /// Answers of sweeps, and of Newton from them, lie on the edges of the cones where others are as good: worse starts
 /// than those of the interior point. At most the four Newton steps and an interior point of a dozen are lost on them.
 fn an_answer_on_the_edges_is_a_start_too<S: Space>() {
@@ -124,6 +138,7 @@ fn a_far_start_leads_to_a_certified_answer<S: Space>() {
 }
 
 in_both_spaces! {
+    memory_of_other_solves_changes_no_bit;
     a_structure_a_step_later_takes_at_most_four_factorisations;
     a_far_start_leads_to_a_certified_answer;
     a_matrix_a_step_later_takes_at_most_four_factorisations;
