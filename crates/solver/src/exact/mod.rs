@@ -1,8 +1,8 @@
 //! The exact solver: Coulomb friction to the asked tolerance, one setting for every problem (theory chapter 7):
 //! A sweeps with the exact local solution, and Newton from where they end; B interior point on the nonassociated law;
 //! C a Newton finisher inside B; D proximal Newton; E one curve followed through its folds; F many sweeps;
-//! G a ladder of other starts. On the bodies of heaps F comes before B. The best iterate of all stages is returned with its errors. Contacts on bodies without
-//! friction alone are pivoted before all stages (`frictionless.rs`).
+//! G a ladder of other starts. On the bodies of heaps F comes before B. The best iterate of all stages is returned with its
+//! errors. Contacts on bodies without friction alone are pivoted before all stages (`frictionless.rs`).
 
 // components are read by their index as in the equations; a negated comparison lets NaN through, as it should
 #![allow(clippy::needless_range_loop, clippy::neg_cmp_op_on_partial_ord)]
