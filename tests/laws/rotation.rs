@@ -254,3 +254,19 @@ fn a_reversed_spin_runs_the_motion_backwards() {
         at_most(off, 1e-11, &format!("there and back, {integrator:?} [rad]"));
     }
 }
+
+/// How far a rotation takes a point: of a small one it has the digits that a difference of places loses.
+#[test]
+fn a_swing_is_the_difference_that_a_rotation_makes() {
+    let r = vec3(0.3, -1.2, 0.7);
+    for angle in [3.0, 0.5, 1e-3] {
+        let turn = Quaternion::about(vec3(0.48, -0.6, 0.64) * angle);
+        at_most((turn.swing(r) - (turn.rotate(r) - r)).norm(), 1e-15, "swing in space [m]");
+        let (turn, r) = (carom::Turn::from_angle(angle), carom::vec2(0.3, -1.2));
+        at_most((turn.swing(r) - (turn.rotate(r) - r)).norm(), 1e-15, "swing in the plane [m]");
+    }
+    let angle = 1e-9;
+    let swing = Quaternion::about(vec3(0.0, 0.0, angle)).swing(r);
+    let exact = vec3(0.0, 0.0, angle).cross(r);
+    at_most((swing - exact).norm() / exact.norm(), 1e-9, "swing of a small turn [1]");
+}

@@ -32,6 +32,7 @@ in_plane_and_space!(
     a_force_field_is_asked_once_in_a_step_that_overlooks_nothing,
     an_obstacle_that_turns_pays_for_the_friction_that_it_drives,
     contacts_go_along_with_bodies_that_turn_together,
+    edges_that_touch_and_bear_nothing_are_not_looked_for_anew,
 );
 
 /// Settings of the scheme.
@@ -574,4 +575,26 @@ pub fn contacts_go_along_with_bodies_that_turn_together<S: Dimension>() {
     at_most((in_ring(&w) - lies).norm(), 1e-3, "way of the block in the ring [m]");
     let turned = (w.bodies().motion.position[block] - place).norm();
     assert!(turned > 1.0, "the ring turned: {turned}");
+}
+
+/// A block on the second of two is near the first at an edge that bears nothing: its points stand as others do. To look for them
+/// at every step was much of the time of hulls that lie in a box.
+pub fn edges_that_touch_and_bear_nothing_are_not_looked_for_anew<S: Dimension>() {
+    let mut w = world::<S>(soft(1.0 / 60.0));
+    add_floor(&mut w, 0.6, 0.0);
+    for (k, at) in [S::at(-0.002, 0.5), S::at(1.0, 0.5), S::at(1.0, 1.5)].into_iter().enumerate() {
+        add(&mut w, &format!("block {k}"), BodySpec::heavy(S::block(1.0, 1.0), 1.0).at(at).friction(0.6));
+    }
+    let diagonal = |w: &mut World<S>| {
+        let saved: serde_json::Value = serde_json::from_str(&w.snapshot()).expect("a snapshot is JSON");
+        let patches = saved["warm"]["patches"].as_array().expect("patches").clone();
+        let serials = serde_json::json!([w.bodies().data[1].serial, w.bodies().data[3].serial]);
+        patches.into_iter().find(|patch| patch["pair"] == serials).expect("they touch")
+    };
+    run(&mut w, 1.0, |_, _| ());
+    let found = diagonal(&mut w);
+    run(&mut w, 1.0, |_, _| ());
+    assert_eq!(diagonal(&mut w)["seen"], found["seen"], "the points are those that were found");
+    let force: f64 = found["normal"].as_array().expect("forces").iter().filter_map(|x| x.as_f64()).sum();
+    assert_eq!(force, 0.0, "normal force at the edge [N]");
 }

@@ -80,6 +80,7 @@ impl<'a> Pair<'a> {
         if d.norm() > 0.0 { d } else { vec3(0.0, 0.0, 1.0) }
     }
     /// The direction of the largest s(n), or `None` when that exceeds `reach`.
+    #[cfg(test)]
     pub fn separation(&self, reach: f64) -> Option<Separation<Spatial>> {
         self.separation_near(reach, &mut Guess::default())
     }

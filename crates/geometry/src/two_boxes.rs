@@ -6,7 +6,7 @@
 use crate::box_faces::{BoxFace, BoxFaces, Corners};
 use crate::boxes::{PARALLEL, ROUNDING, SKEW};
 use crate::core_spatial::SpatialCore;
-use crate::geometry::ContactPoint;
+use crate::geometry::{ContactPoint, Guess};
 use crate::kernel::{Label, NONE, Separation, Swept, Touch, Touches, mix};
 use crate::overlap::BIAS;
 use crate::pair_spatial::{SAME_SIDE, settle};
@@ -15,7 +15,7 @@ use carom_math::lanes::{Four, Job, Lanes, dispatch};
 use carom_math::{Column, Pose, Quaternion, Rotation, Spatial, Vec3, vec3};
 
 /// Appends the contact points of two boxes with gaps up to `margin` \[m\], their names distinct; false where one is no box.
-/// Where faces show them farther apart, `apart` becomes by how much \[m\].
+/// Where something shows them farther apart, `apart` becomes by how much \[m\].
 pub fn contacts(
     a: &Swept<Spatial>,
     b: &Swept<Spatial>,
@@ -130,7 +130,7 @@ impl<'a, 'b> Boxes<'a, 'b> {
 }
 
 impl Boxes<'_, '_> {
-    /// Where they touch; the largest s(n) of a face where that is beyond reach \[m\].
+    /// Where they touch; the largest s(n) that is known where that is beyond reach \[m\].
     #[inline(always)]
     fn touches<L: Lanes>(&self, lanes: L, out: &mut Touches<Spatial>) -> Option<f64> {
         let axes = self.axes();
@@ -143,7 +143,10 @@ impl Boxes<'_, '_> {
         let mut asks = face.gap <= NEAR * self.scale;
         loop {
             if asks {
-                found = self.best(lanes, &axes, face)?;
+                found = match self.best(lanes, &axes, face) {
+                    Ok(best) => best,
+                    Err(beyond) => return Some(beyond),
+                };
             }
             let nearest = self.facing(lanes, &axes, found.normal, out);
             if asks || nearest <= face.gap + separate::ROUNDING * self.scale {
@@ -156,21 +159,19 @@ impl Boxes<'_, '_> {
         None
     }
 
-    /// The direction of the largest s(n), given that of the best face; `None` beyond reach.
+    /// The direction of the largest s(n), given that of the best face; beyond reach what is known of it \[m\].
     #[inline(always)]
     fn best<L: Lanes>(
         &self,
         lanes: L,
         axes: &Axes,
         face: Separation<Spatial>,
-    ) -> Option<Separation<Spatial>> {
+    ) -> Result<Separation<Spatial>, f64> {
         let near = NEAR * self.scale;
         match axes.best_edges(lanes, face.gap + BIAS * self.scale, self.scale) {
-            Edges::Worse if face.gap <= near => Some(face),
-            Edges::Best { found, .. } if found.gap > self.reach => None,
-            Edges::Best { found, inside, sine } if found.gap <= near || (inside && sine >= SKEW) => {
-                Some(found)
-            }
+            Edges::Worse if face.gap <= near => Ok(face),
+            Edges::Best { found, .. } if found.gap > self.reach => Err(found.gap),
+            Edges::Best { found, inside, sine } if found.gap <= near || (inside && sine >= SKEW) => Ok(found),
             _ => self.by_pieces(),
         }
     }
@@ -178,9 +179,11 @@ impl Boxes<'_, '_> {
     /// The direction of the largest s(n), by the search for solids of any kind.
     #[cold]
     #[inline(never)]
-    fn by_pieces(&self) -> Option<Separation<Spatial>> {
-        let [a, b] = self.swept;
-        Pair::new(a.core, b.core, &Pose::new(self.position, self.rotation)).separation(self.reach)
+    fn by_pieces(&self) -> Result<Separation<Spatial>, f64> {
+        let ([a, b], mut guess) = (self.swept, Guess::default());
+        let place = Pose::new(self.position, self.rotation);
+        let pair = Pair::new(a.core, b.core, &place);
+        pair.separation_near(self.reach, &mut guess).ok_or(guess.apart)
     }
 
     #[inline(always)]

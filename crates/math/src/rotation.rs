@@ -17,6 +17,8 @@ pub trait Rotation<Vector, Spin>:
     fn rotate(&self, r: Vector) -> Vector;
     /// R^T r: world axes to body axes.
     fn unrotate(&self, r: Vector) -> Vector;
+    /// R r - r: how far the rotation takes a point. Of a small rotation it has all its digits.
+    fn swing(&self, r: Vector) -> Vector;
     /// Spin from body axes to world axes (the same number in the plane).
     fn rotate_spin(&self, s: Spin) -> Spin;
     /// Spin from world axes to body axes.
@@ -87,6 +89,11 @@ impl Rotation<Vec2, Vec1> for Turn {
     fn unrotate(&self, r: Vec2) -> Vec2 {
         let ([c, s], [x, y]) = (self.0, r.0);
         vec2(c * x + s * y, c * y - s * x)
+    }
+    #[inline]
+    fn swing(&self, r: Vec2) -> Vec2 {
+        let ([c, s], [x, y]) = (self.0, r.0);
+        vec2((c - 1.0) * x - s * y, s * x + (c - 1.0) * y)
     }
     fn rotate_spin(&self, s: Vec1) -> Vec1 {
         s
@@ -216,12 +223,21 @@ impl Rotation<Vec3, Vec3> for Quaternion {
     fn unrotate(&self, r: Vec3) -> Vec3 {
         self.inverse().rotate(r)
     }
+    #[inline]
+    fn swing(&self, r: Vec3) -> Vec3 {
+        let [w, x, y, z] = self.0;
+        let v = vec3(x, y, z);
+        let t = v.cross(r) * 2.0;
+        t * w + v.cross(t)
+    }
+    #[inline]
     fn rotate_spin(&self, s: Vec3) -> Vec3 {
         self.rotate(s)
     }
     fn unrotate_spin(&self, s: Vec3) -> Vec3 {
         self.unrotate(s)
     }
+    #[inline]
     fn then(&self, next: &Self) -> Self {
         let q = next.product(self);
         q.renormalized().unwrap_or(q)

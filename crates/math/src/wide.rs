@@ -66,6 +66,8 @@ pub trait Wide: Copy + Send + Sync + 'static {
     type Turns<T: Plain>: Several<T>;
     /// Numbers that only precondition a patch, in pairs: 3 | 11.
     type Pairs<T: Plain>: Several<T>;
+    /// The numbers of a patch in rows of eight: 2 | 4.
+    type Rows<T: Plain>: Several<T>;
 
     /// Unit tangents of a unit normal, as [`crate::Space::tangent`] has them.
     fn tangents<L: Lanes>(normal: &Self::Vectors<Real<L>>) -> Self::Slips<Self::Vectors<Real<L>>>;
@@ -146,6 +148,7 @@ impl Wide for Planar {
     type Kept<T: Plain> = [T; 1];
     type Turns<T: Plain> = [T; 2];
     type Pairs<T: Plain> = [T; 3];
+    type Rows<T: Plain> = [T; 2];
 
     #[inline(always)]
     fn tangents<L: Lanes>(n: &[Real<L>; 2]) -> [[Real<L>; 2]; 1] {
@@ -218,6 +221,7 @@ impl Wide for Spatial {
     type Kept<T: Plain> = [T; 0];
     type Turns<T: Plain> = [T; 4];
     type Pairs<T: Plain> = [T; 11];
+    type Rows<T: Plain> = [T; 4];
 
     #[inline(always)]
     fn tangents<L: Lanes>(n: &[Real<L>; 3]) -> [[Real<L>; 3]; 2] {

@@ -1,12 +1,14 @@
 //! How far surfaces can come within the step ahead: what contacts are looked for. Speeds are those that bodies have, with
 //! what gravity and applied loads add in the step; impacts may double them.
 
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, BodyData};
+use crate::body::BodyKind;
 use crate::force::Wrench;
 use crate::settings::{Scheme, Settings};
 use crate::stepping::soft_step::AGAIN;
 use carom_geometry::Geometry;
-use carom_math::{Column, Inertia};
+use carom_math::{Column, Inertia, Pose, Rotation, Space};
+use carom_solver::Twist;
 
 /// The step ahead.
 pub struct Ahead<'a, S: Geometry> {
@@ -18,6 +20,8 @@ pub struct Ahead<'a, S: Geometry> {
     pub dt: f64,
     /// What applied loads do to the surface of each body \[m/s^2\]; empty without loads.
     pub pulls: &'a [f64],
+    /// How strong gravity is \[m/s^2\].
+    gravity: f64,
 }
 
 impl<S: Geometry> Clone for Ahead<'_, S> {
@@ -39,76 +43,205 @@ pub fn pull<S: Geometry>(bodies: &Bodies<S>, i: usize, load: &Wrench<S>) -> f64 
     load.force.norm() * inverse.linear + turning * arm
 }
 
-impl<S: Geometry> Ahead<'_, S> {
-    /// What loads add to the speed of a body's surface in the step \[m/s\].
-    fn pulled(&self, i: usize) -> f64 {
-        self.pulls.get(i).map_or(0.0, |pull| pull * self.dt)
+impl<'a, S: Geometry> Ahead<'a, S> {
+    /// The step ahead of bodies as they are.
+    pub fn new(bodies: &'a Bodies<S>, settings: &'a Settings<S>, dt: f64, pulls: &'a [f64]) -> Self {
+        Ahead { bodies, settings, dt, pulls, gravity: settings.gravity.norm() }
     }
 
-    /// What gravity and loads add to it \[m/s\].
-    fn fall(&self, i: usize) -> f64 {
-        let fall = if self.bodies.is_dynamic(i) { self.settings.gravity.norm() * self.dt } else { 0.0 };
-        fall + self.pulled(i)
+    /// A body in it.
+    pub fn mover(&self, i: usize) -> Mover<S> {
+        let mut mover = Mover::of(&self.bodies.data[i], i, 0);
+        mover.moved(self);
+        mover
+    }
+}
+
+/// A body in the step ahead, all that pairs are asked of it side by side in memory.
+#[derive(Clone, Copy)]
+pub struct Mover<S: Space> {
+    /// Its index.
+    pub index: usize,
+    /// Its serial.
+    pub serial: u64,
+    /// Place of the centre of mass \[m\].
+    pub position: S::Vector,
+    /// Attitude.
+    pub rotation: S::Rotation,
+    /// Velocities.
+    pub twist: Twist<S>,
+    /// Largest extent \[m\].
+    pub extent: f64,
+    /// How far a point of its surface moves per radian of turning \[m\].
+    pub arm: f64,
+    /// The least that its surface is thought to come in a step \[m\]; 0 for what impulses do not move.
+    least: f64,
+    /// What gravity and loads do to its surface \[m/s^2\], and loads alone: rates, for it may sleep through steps of other lengths.
+    falls: f64,
+    pull: f64,
+    /// The shape's frame from the centre of mass, backwards \[m\].
+    center: S::Vector,
+    /// How far a point of its surface is from the shape's frame at most \[m\]; 0 where turning moves none.
+    pub reach: f64,
+    groups: u32,
+    collides_with: u32,
+    /// Bodies of one number have the same surface.
+    pub surface: u32,
+    can_move: bool,
+    is_dynamic: bool,
+    /// Its shape has faces, edges and corners alone.
+    is_angular: bool,
+}
+
+impl<S: Geometry> Mover<S> {
+    /// A body whose motion is not known yet.
+    pub fn of(d: &BodyData<S>, index: usize, surface: u32) -> Self {
+        let center = d.mass_properties.center;
+        Mover {
+            index,
+            serial: d.serial,
+            position: S::Vector::ZERO,
+            rotation: S::Rotation::IDENTITY,
+            twist: Twist::default(),
+            extent: d.extent,
+            arm: d.reach_of_turning(),
+            least: 0.0,
+            falls: 0.0,
+            pull: 0.0,
+            center,
+            reach: d.turning_arm + center.norm(),
+            groups: d.groups,
+            collides_with: d.collides_with,
+            surface,
+            can_move: d.inverse_mass > 0.0,
+            is_dynamic: d.kind == BodyKind::Dynamic,
+            is_angular: d.is_angular,
+        }
     }
 
-    /// Largest speed of a body's surface in a step before impacts \[m/s\].
-    pub fn speed(&self, i: usize) -> f64 {
-        let (d, motion) = (&self.bodies.data[i], &self.bodies.motion);
-        let linear = motion.velocity[i].norm();
-        if !d.extent.is_finite() {
+    /// Takes in its motion, and what the step ahead is for it.
+    #[inline(always)]
+    pub fn moved(&mut self, ahead: &Ahead<S>) {
+        let (motion, i) = (&ahead.bodies.motion, self.index);
+        (self.position, self.rotation) = (motion.position[i], motion.rotation[i]);
+        (self.twist.linear, self.twist.angular) = (motion.velocity[i], motion.angular_velocity[i]);
+        self.pull = ahead.pulls.get(i).copied().unwrap_or(0.0);
+        let least = if ahead.settings.scheme == Scheme::SoftStep { AGAIN } else { 5e-4 };
+        self.least = if self.is_dynamic { least * self.extent } else { 0.0 };
+        self.falls = if self.is_dynamic { ahead.gravity + self.pull } else { self.pull };
+    }
+
+    /// Pose of the shape's own frame: the centre of mass is at its local `center`.
+    #[inline(always)]
+    pub fn shape_pose(&self) -> Pose<S> {
+        if self.center == S::Vector::ZERO {
+            return Pose::new(self.position, self.rotation);
+        }
+        Pose::new(self.position - self.rotation.rotate(self.center), self.rotation)
+    }
+
+    /// Largest speed of its surface in a step before impacts \[m/s\].
+    #[inline(always)]
+    pub fn speed(&self, dt: f64) -> f64 {
+        let linear = self.twist.linear.norm();
+        if !self.extent.is_finite() {
             return linear; // a wall, maybe a driven one; that it does not turn much is the user's matter
         }
-        linear + d.reach_of_turning() * motion.angular_velocity[i].norm() + self.fall(i)
+        linear + self.arm * self.twist.angular.norm() + self.falls * dt
     }
 
-    /// How far a body's surface can come in a step \[m\], at twice its speed for what impacts may make of it: its share
+    /// How far its surface can come in a step \[m\], at twice its speed for what impacts may make of it: its share
     /// of a pair's margin. At least 5e-4 of its size and at most half of it, so that a contact is never felt from further
     /// away than that; where contacts are used again while bodies hardly move, at least as far as they may move then.
-    pub fn reach(&self, i: usize, speed: f64) -> f64 {
-        if let Some(margin) = self.settings.contact_margin {
+    #[inline(always)]
+    pub fn margin(&self, ahead: &Ahead<S>, speed: f64) -> f64 {
+        if let Some(margin) = ahead.settings.contact_margin {
             return 0.5 * margin;
         }
-        let extent = self.bodies.data[i].extent;
-        if !self.bodies.is_dynamic(i) {
-            return (speed * self.dt).min(extent); // no impact changes its speed
+        if !self.is_dynamic {
+            return (speed * ahead.dt).min(self.extent); // no impact changes its speed
         }
-        (2.0 * speed * self.dt).clamp(self.least_reach(i), extent)
+        (2.0 * speed * ahead.dt).clamp(self.least, self.extent)
+    }
+}
+
+/// Two bodies side by side.
+#[derive(Clone, Copy)]
+pub struct Couple<'a, S: Space> {
+    /// Body a.
+    pub a: &'a Mover<S>,
+    /// Body b.
+    pub b: &'a Mover<S>,
+}
+
+impl<S: Space> Couple<'_, S> {
+    /// Their indices.
+    #[inline]
+    pub fn indices(&self) -> (usize, usize) {
+        (self.a.index, self.b.index)
     }
 
-    /// The least that a body's surface is thought to come in a step \[m\]; 0 for what impulses do not move.
-    pub fn least_reach(&self, i: usize) -> f64 {
-        if !self.bodies.is_dynamic(i) {
-            return 0.0;
-        }
-        let least = if self.settings.scheme == Scheme::SoftStep { AGAIN } else { 5e-4 };
-        least * self.bodies.data[i].extent
+    /// Their serials.
+    #[inline]
+    pub fn serials(&self) -> (u64, u64) {
+        (self.a.serial, self.b.serial)
+    }
+
+    /// Whether one of them can move and both want to collide.
+    #[inline]
+    pub fn may_meet(&self) -> bool {
+        let (a, b) = (self.a, self.b);
+        (a.can_move || b.can_move) && a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0
+    }
+
+    /// Whether both have faces, edges and corners alone.
+    #[inline]
+    pub fn are_angular(&self) -> bool {
+        self.a.is_angular && self.b.is_angular
+    }
+
+    /// Whether body a is the smaller one.
+    #[inline]
+    pub fn a_is_small(&self) -> bool {
+        self.a.extent <= self.b.extent
+    }
+
+    /// The smaller one.
+    #[inline]
+    pub fn small(&self) -> &Mover<S> {
+        if self.a_is_small() { self.a } else { self.b }
+    }
+
+    /// The least margin that a pair has \[m\].
+    #[inline]
+    pub fn least_margin(&self) -> f64 {
+        self.a.least + self.b.least
     }
 
     /// The margin of a pair in a soft step \[m\]: how far two surfaces can come towards each other in it, at twice their speed
     /// of approach. What flies side by side hardly meets, however fast it is; in a drum that turns, what lies on its wall.
     /// Seen from the larger body every point of the smaller one moves at |v + w x r| + |dw| arm, with the velocities v and spins w
     /// of the larger one and dw of both against each other. What a hit of this step does to others is seen by the next one.
-    pub fn approach(&self, (a, b): (usize, usize), closing: f64) -> f64 {
-        let fall = self.fall(a) + self.fall(b);
-        let least = self.least_reach(a) + self.least_reach(b);
-        (2.0 * self.dt * (closing + fall)).max(least)
+    #[inline]
+    pub fn approach(&self, dt: f64, closing: f64) -> f64 {
+        let fall = (self.a.falls + self.b.falls) * dt;
+        (2.0 * dt * (closing + fall)).max(self.least_margin())
     }
 
     /// How fast surfaces of two bodies can come towards each other, as they move now \[m/s\]: |v + w x r| + |dw| arm of
     /// `approach`.
     #[inline]
-    pub fn closing(&self, (a, b): (usize, usize)) -> f64 {
-        let (data, motion) = (&self.bodies.data, &self.bodies.motion);
-        let (small, large) = if data[a].extent <= data[b].extent { (a, b) } else { (b, a) };
-        let (own, other) = (motion.twist(small), motion.twist(large));
-        let passing = (own.linear - other.at(motion.position[small] - motion.position[large])).norm();
-        passing + (own.angular - other.angular).norm() * data[small].reach_of_turning()
+    pub fn closing(&self) -> f64 {
+        let (small, large) = if self.a_is_small() { (self.a, self.b) } else { (self.b, self.a) };
+        let (own, other) = (small.twist, large.twist);
+        let passing = (own.linear - other.at(small.position - large.position)).norm();
+        passing + (own.angular - other.angular).norm() * small.arm
     }
 
     /// How far two surfaces may come towards each other in the step by what was not known in the one before: their motion,
     /// and loads \[m\].
     #[inline]
-    pub fn coming(&self, (a, b): (usize, usize), closing: f64) -> f64 {
-        self.dt * (closing + self.pulled(a) + self.pulled(b))
+    pub fn coming(&self, dt: f64, closing: f64) -> f64 {
+        dt * (closing + (self.a.pull + self.b.pull) * dt)
     }
 }

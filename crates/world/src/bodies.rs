@@ -1,6 +1,7 @@
 //! The bodies of a world: motion in flat arrays, what does not change in a step beside it. State is
 //! (x, q, v, w) with x the centre of mass; the equivalent (p, L) is computed (theory chapter 1, item 8).
 
+mod roles;
 mod some;
 
 use crate::body::{BodyKind, BodySpec, MassSource};
@@ -10,6 +11,7 @@ use crate::material::Materials;
 use carom_geometry::{Geometry, MassProperties};
 use carom_math::{Column, Inertia, Pose, Rotation, Space};
 use carom_solver::{InverseMass, Twist};
+use roles::Roles;
 use std::collections::BTreeMap;
 
 /// The moving state of all bodies, one entry per body in each array.
@@ -120,7 +122,13 @@ impl<S: Geometry> BodyData<S> {
     pub fn reach_of_turning(&self) -> f64 {
         self.turning_arm.max(0.5 * self.extent)
     }
+    fn is_damped(&self) -> bool {
+        self.linear_damping != 0.0 || self.angular_damping != 0.0
+    }
 }
+
+/// So many shapes are compared with that of a new body.
+const SHAPES: usize = 32;
 
 /// All bodies of a world.
 #[derive(Clone, Default)]
@@ -138,55 +146,10 @@ pub struct Bodies<S: Geometry> {
     index: BTreeMap<String, usize>,
     serials: u64,
     roles: Roles,
+    /// The last bodies whose shape no other had, the latest first.
+    shapes: Vec<usize>,
     /// Mass times place of all bodies that sleep, summed \[kg m\].
     asleep_moment: S::Vector,
-}
-
-/// Who moves, so that a step looks at no others.
-#[derive(Clone, Default)]
-struct Roles {
-    /// Bodies that impulses move, ascending.
-    dynamic: Vec<u32>,
-    /// All bodies but fixed ones, ascending.
-    not_fixed: Vec<u32>,
-    /// Those of them that do not sleep.
-    movers: Vec<u32>,
-    /// Those of them that sleep.
-    asleep: Vec<u32>,
-    /// Whether a body sleeps; empty before the first one does.
-    sleeps: Vec<bool>,
-    /// Counts the sets of bodies that sleep.
-    sleep_number: u64,
-    /// Counts what the fixed bodies were like; one number, one state of them.
-    number: u64,
-    /// The fixed bodies are as they were when they got their number.
-    is_sure: bool,
-}
-
-impl Roles {
-    fn of<S: Geometry>(data: &[BodyData<S>], number: u64) -> Self {
-        let with = |fits: &dyn Fn(BodyKind) -> bool| -> Vec<u32> {
-            (0..data.len()).filter(|i| fits(data[*i].kind)).map(|i| i as u32).collect()
-        };
-        let (dynamic, not_fixed) =
-            (with(&|kind| kind == BodyKind::Dynamic), with(&|kind| kind != BodyKind::Fixed));
-        let movers = not_fixed.clone();
-        Roles { dynamic, not_fixed, movers, number, ..Roles::default() }
-    }
-    /// Takes in a body after all others.
-    fn add(&mut self, i: u32, kind: BodyKind) {
-        self.is_sure = false;
-        if kind == BodyKind::Dynamic {
-            self.dynamic.push(i);
-        }
-        if kind != BodyKind::Fixed {
-            self.not_fixed.push(i);
-            self.movers.push(i);
-        }
-        if !self.sleeps.is_empty() {
-            self.sleeps.push(false);
-        }
-    }
 }
 
 impl<S: Geometry> Bodies<S> {
@@ -201,85 +164,6 @@ impl<S: Geometry> Bodies<S> {
     /// Index of a named body.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.index.get(name).copied()
-    }
-    /// True for bodies that impulses move.
-    pub fn is_dynamic(&self, i: usize) -> bool {
-        self.data[i].kind == BodyKind::Dynamic
-    }
-    /// Indices of the bodies that impulses move, ascending.
-    pub fn dynamic(&self) -> impl Iterator<Item = usize> + '_ {
-        self.roles.dynamic.iter().map(|i| *i as usize)
-    }
-    /// Indices of the bodies that impulses move and that do not sleep, ascending.
-    pub fn awake(&self) -> impl Iterator<Item = usize> + '_ {
-        self.roles.movers.iter().map(|i| *i as usize).filter(|i| self.is_dynamic(*i))
-    }
-    /// Indices of all bodies but fixed ones and those that sleep, ascending.
-    pub fn movers(&self) -> &[u32] {
-        &self.roles.movers
-    }
-    /// Indices of the bodies that sleep, ascending.
-    pub fn asleep(&self) -> &[u32] {
-        &self.roles.asleep
-    }
-    /// True for bodies that sleep.
-    pub fn is_asleep(&self, i: usize) -> bool {
-        self.roles.sleeps.get(i) == Some(&true)
-    }
-    /// A number that changes with the set of bodies that sleep.
-    pub(crate) fn sleep_number(&self) -> u64 {
-        self.roles.sleep_number
-    }
-    /// Says who sleeps, ascending; they must rest.
-    pub(crate) fn set_asleep(&mut self, asleep: Vec<u32>) {
-        let roles = &mut self.roles;
-        if asleep == roles.asleep {
-            return;
-        }
-        roles.sleep_number += 1;
-        roles.sleeps.resize(self.data.len(), false);
-        roles.asleep.iter().for_each(|i| roles.sleeps[*i as usize] = false);
-        asleep.iter().for_each(|i| roles.sleeps[*i as usize] = true);
-        roles.asleep = asleep;
-        let Roles { not_fixed, movers, sleeps, asleep, .. } = roles;
-        movers.clear();
-        movers.extend(not_fixed.iter().filter(|i| !sleeps[**i as usize]));
-        self.asleep_moment = asleep.iter().fold(S::Vector::ZERO, |sum, i| {
-            sum + self.motion.position[*i as usize] * self.data[*i as usize].mass_properties.mass
-        });
-    }
-    /// Mass times place of all bodies that sleep, summed \[kg m\]; `None` where none does, or somebody may have written to
-    /// them.
-    pub(crate) fn asleep_moment(&self) -> Option<S::Vector> {
-        (self.roles.is_sure && !self.roles.asleep.is_empty()).then_some(self.asleep_moment)
-    }
-    /// Index of the body with a serial.
-    pub(crate) fn with_serial(&self, serial: u64) -> Option<usize> {
-        self.data.binary_search_by_key(&serial, |d| d.serial).ok()
-    }
-    /// The number of what the fixed bodies are like: where it is the same, they are. `None` where somebody may have
-    /// written to them.
-    pub(crate) fn standing(&self) -> Option<u64> {
-        self.roles.is_sure.then_some(self.roles.number)
-    }
-    /// Says that the fixed bodies are as they were, or gives them another number.
-    pub(crate) fn trust(&mut self, as_before: bool) {
-        self.roles.is_sure = true;
-        self.roles.number += u64::from(!as_before);
-    }
-    /// Somebody may have written to the fixed bodies.
-    pub(crate) fn distrust(&mut self) {
-        self.roles.is_sure = false;
-    }
-    /// Finds anew who moves.
-    pub(crate) fn find_roles(&mut self) {
-        let sleep_number = self.roles.sleep_number + u64::from(!self.roles.asleep.is_empty());
-        self.roles = Roles { sleep_number, ..Roles::of(&self.data, self.roles.number) };
-    }
-    /// True where the fixed bodies have the same numbers in another motion.
-    pub(crate) fn stand_as_in(&self, other: &Motion<S>) -> bool {
-        other.position.len() == self.len()
-            && (0..self.len()).all(|i| self.data[i].kind != BodyKind::Fixed || self.motion.is_as_in(other, i))
     }
     /// Inverse mass and inverse inertia in world axes at the present orientation.
     pub fn inverse_mass(&self, i: usize) -> InverseMass<S> {
@@ -342,8 +226,12 @@ impl<S: Geometry> Bodies<S> {
     pub fn add(&mut self, name: &str, spec: BodySpec<S>) -> Result<usize, BuildError> {
         self.check_name(name)?;
         check_spec(name, &spec)?;
+        let known = spec.shape.as_ref().and_then(|shape| self.collider_of(shape));
         let collider = match &spec.shape {
-            Some(shape) => Some(S::collider(shape).map_err(|e| BuildError::shape(name, e))?),
+            Some(shape) => Some(match &known {
+                Some(known) => known.clone(),
+                None => S::collider(shape).map_err(|e| BuildError::shape(name, e))?,
+            }),
             None => None,
         };
         let mass_properties = mass_of(name, &spec)?;
@@ -362,6 +250,10 @@ impl<S: Geometry> Bodies<S> {
         let rotation = spec.rotation.renormalized().expect("checked");
         let center =
             if spec.position_is_origin { rotation.rotate(mass_properties.center) } else { S::Vector::ZERO };
+        if known.is_none() && collider.is_some() {
+            self.shapes.insert(0, self.data.len());
+            self.shapes.truncate(SHAPES);
+        }
         self.serials += 1;
         self.data.push(BodyData {
             kind: spec.kind,
@@ -391,10 +283,18 @@ impl<S: Geometry> Bodies<S> {
         self.motion.rotation.push(rotation);
         self.motion.velocity.push(spec.velocity);
         self.motion.angular_velocity.push(spec.angular_velocity);
-        self.roles.add(self.names.len() as u32, kind);
+        let is_damped = self.data.last().is_some_and(BodyData::is_damped);
+        self.roles.add(self.names.len() as u32, kind, is_damped);
         self.index.insert(name.into(), self.names.len());
         self.names.push(name.into());
         Ok(self.names.len() - 1)
+    }
+
+    /// What another body of the same shape, among the last ones, has ready for queries: many have one shape, and few are near
+    /// in memory.
+    fn collider_of(&self, shape: &S::Shape) -> Option<S::Collider> {
+        let known = self.shapes.iter().map(|i| &self.data[*i]);
+        known.filter(|d| d.shape.as_ref() == Some(shape)).find_map(|d| d.collider.clone())
     }
 
     /// Removes a body; those after it move up by one.
@@ -410,6 +310,7 @@ impl<S: Geometry> Bodies<S> {
         }
         self.joints.forget_body(i);
         self.data.remove(i);
+        self.shapes.clear();
         self.names.remove(i);
         self.motion.position.remove(i);
         self.motion.rotation.remove(i);
@@ -587,4 +488,27 @@ fn check_spec<S: Geometry>(name: &str, spec: &BodySpec<S>) -> Result<(), BuildEr
         return Err(BuildError::body(name, "velocity", "given for a fixed body", remedy));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_geometry::PlanarShape;
+    use carom_math::Planar;
+
+    #[test]
+    fn bodies_of_one_shape_share_what_is_made_ready_of_it() {
+        let mut bodies = Bodies::<Planar>::default();
+        let block = |side: f64| BodySpec::dense(PlanarShape::Box { size: [side, side] }, 1.0);
+        for (k, side) in [1.0, 1.0, 2.0, 1.0].into_iter().enumerate() {
+            bodies.add(&format!("block {k}"), block(side)).unwrap();
+        }
+        assert_eq!(bodies.shapes, [2, 0]);
+        bodies.remove("block 0").unwrap();
+        assert!(bodies.shapes.is_empty());
+        bodies.add("another", block(2.0)).unwrap();
+        let masses: Vec<f64> = bodies.data.iter().map(|d| d.mass_properties.mass).collect();
+        assert_eq!(masses, [1.0, 4.0, 1.0, 4.0]);
+        assert!(bodies.data.iter().all(|d| d.collider.is_some()));
+    }
 }

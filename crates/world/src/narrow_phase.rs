@@ -1,7 +1,7 @@
 //! From bodies that are near to contacts with names, gaps and coefficients. Knows no velocities' future:
 //! what a contact means for the motion is the scheme's matter.
 
-use crate::ahead::Ahead;
+use crate::ahead::{Ahead, Couple, Mover};
 use crate::bodies::Bodies;
 use crate::lasting::Lasting;
 use crate::material::Coefficients;
@@ -11,6 +11,7 @@ use carom_geometry::broad_phase::{BroadPhase, Changed};
 use carom_geometry::{Aabb, ContactPoint, Geometry};
 use carom_math::workers::Memory;
 use carom_math::{Column, Pose, Rotation, Space, Workers};
+use std::collections::BTreeMap;
 
 /// One contact between two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,10 +45,8 @@ const CHUNK: usize = 128;
 
 /// Two bodies that may touch in the step ahead.
 pub struct Near<'a, S: Geometry> {
-    /// Index of body a.
-    pub a: usize,
-    /// Index of body b.
-    pub b: usize,
+    /// The bodies.
+    pub couple: Couple<'a, S>,
     colliders: [&'a S::Collider; 2],
     poses: [&'a Pose<S>; 2],
     /// What is remembered of the pair.
@@ -97,7 +96,7 @@ impl<S: Geometry> Finder<S> for Touching<'_, S> {
     fn look(&self, near: &Near<'_, S>, (touches, points): &mut Findings<S>) {
         points.clear();
         near.contacts(points);
-        touches_of(self.0, self.1, (near.a, near.b), points, touches);
+        touches_of(self.0, self.1, near.couple.indices(), points, touches);
     }
 }
 
@@ -128,6 +127,9 @@ pub struct NarrowPhase<S: Geometry> {
     bounds: Vec<Aabb<S>>,
     margins: Vec<f64>,
     poses: Vec<Pose<S>>,
+    movers: Vec<Mover<S>>,
+    colliders: Colliders<S>,
+    surfaces: Surfaces,
     /// The way that a point of each body's surface has behind it at most, turning included, since somebody began to count \[m\].
     ways: Vec<f64>,
     /// Speeds, own ones and those shared with neighbours.
@@ -139,16 +141,6 @@ pub struct NarrowPhase<S: Geometry> {
     pub(crate) workers: Workers,
     findings: Memory<Findings<S>>,
     places: Memory<Vec<Place<S>>>,
-}
-
-/// A body with a shape in its place.
-struct Place<S: Geometry> {
-    bounds: Aabb<S>,
-    pose: Pose<S>,
-    margin: f64,
-    speed: f64,
-    /// How far a point of its surface is from the pose's frame at most \[m\]; 0 where turning moves none.
-    reach: f64,
 }
 
 impl<S: Geometry> NarrowPhase<S> {
@@ -192,10 +184,8 @@ impl<S: Geometry> NarrowPhase<S> {
             if share_speeds(pairs, &self.movable, &mut self.speeds, &self.own) {
                 let faster = |k: &&u32| self.speeds[**k as usize] != self.own[**k as usize];
                 for k in self.moving.iter().filter(faster).map(|k| *k as usize) {
-                    let i = indices[k];
-                    self.margins[k] = ahead.reach(i, self.speeds[k]);
-                    let Some(collider) = &data[i].collider else { continue };
-                    self.bounds[k] = S::bounds(collider, &self.poses[k], self.margins[k]);
+                    self.margins[k] = self.movers[k].margin(ahead, self.speeds[k]);
+                    self.bounds[k] = S::bounds(&self.colliders.0[k], &self.poses[k], self.margins[k]);
                 }
                 let changed = Changed { stands_as_before: true, sleeps_as_before: true, ..changed };
                 (self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair), &[][..])
@@ -204,30 +194,32 @@ impl<S: Geometry> NarrowPhase<S> {
             }
         };
         let (margins, poses, bounds, ways) = (&self.margins, &self.poses, &self.bounds, &self.ways);
+        let (movers, colliders, joints) = (&self.movers, &self.colliders.0, &bodies.joints);
         let find = |first: usize, pairs: &[(u32, u32)], found: &mut F::Findings| {
             finder.begin(found);
             for (&(i, j), place) in pairs.iter().zip(first..) {
                 let (i, j) = (i as usize, j as usize);
-                if lasts && !(bounds[i].overlaps(&bounds[j]) && may_pair(i, j)) {
+                let couple = Couple { a: &movers[i], b: &movers[j] };
+                let (a, b) = couple.indices();
+                if lasts
+                    && !(bounds[i].overlaps(&bounds[j]) && couple.may_meet() && !joints.keeps_apart(a, b))
+                {
                     continue;
                 }
-                let (a, b) = (indices[i], indices[j]);
                 let mut margin = margins[i] + margins[j];
                 let mut closing = None;
-                if soft && margin > ahead.least_reach(a) + ahead.least_reach(b) {
+                if soft && margin > couple.least_margin() {
                     let gap = bounds[i].apart(&bounds[j]) + margin;
-                    let speed = ahead.closing((a, b));
-                    margin = margin.min(ahead.approach((a, b), speed));
+                    let speed = couple.closing();
+                    margin = margin.min(couple.approach(ahead.dt, speed));
                     closing = Some(speed);
                     if gap > margin {
                         continue;
                     }
                 }
-                let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { continue };
                 let near = Near {
-                    a,
-                    b,
-                    colliders: [ca, cb],
+                    couple,
+                    colliders: [&colliders[i], &colliders[j]],
                     poses: [&poses[i], &poses[j]],
                     remembered: remembered.get(place),
                     ways: ways[i] + ways[j],
@@ -288,14 +280,21 @@ impl<S: Geometry> NarrowPhase<S> {
         self.movable.clear();
         self.place_of.clear();
         self.place_of.resize(bodies.len(), u32::MAX);
-        for (i, d) in bodies.data.iter().enumerate().filter(|(_, d)| d.collider.is_some()) {
+        self.colliders.0.clear();
+        for (i, d) in bodies.data.iter().enumerate() {
+            let Some(collider) = &d.collider else { continue };
+            self.colliders.0.push(collider.clone());
             self.place_of[i] = self.indices.len() as u32;
             self.indices.push(i);
             self.movable.push(d.inverse_mass > 0.0);
         }
+        self.surfaces.number(bodies, &self.indices);
         let count = self.indices.len();
         self.bounds.resize(count, Aabb { min: S::Vector::ZERO, max: S::Vector::ZERO });
         self.poses.resize(count, Pose::default());
+        self.movers.clear();
+        let mover = |(i, surface): (&usize, &u32)| Mover::of(&bodies.data[*i], *i, *surface);
+        self.movers.extend(self.indices.iter().zip(&self.surfaces.of).map(mover));
         self.ways.clear();
         self.ways.resize(count, 0.0);
         // places may be those of others now
@@ -311,44 +310,101 @@ impl<S: Geometry> NarrowPhase<S> {
             return some.iter().for_each(|k| self.place(*k as usize, ahead));
         }
         let (workers, mut places) = (self.workers.clone(), std::mem::take(&mut self.places));
-        let (indices, mut all) = (std::mem::take(&mut self.indices), some.iter());
+        let (known, mut all) = ((&self.movers, &self.colliders.0), some.iter());
         let find = |_, some: &[u32], places: &mut Vec<Place<S>>| {
-            let place = |k: &u32| place(indices[*k as usize], ahead);
-            places.extend(some.iter().filter_map(place));
+            places.extend(some.iter().map(|k| {
+                let mut mover = known.0[*k as usize];
+                mover.moved(ahead);
+                let room = Room::of(&mover, &known.1[*k as usize], ahead);
+                Place { mover, room }
+            }));
         };
-        workers.chunks(some, CHUNK, &mut places, find, |places| {
-            for (place, k) in places.drain(..).zip(&mut all) {
-                self.put(*k as usize, place);
+        let mut found = Vec::with_capacity(some.len());
+        workers.chunks(some, CHUNK, &mut places, find, |places| found.append(places));
+        for place in found {
+            if let Some(k) = all.next() {
+                self.movers[*k as usize] = place.mover;
+                self.put(*k as usize, &place.room);
             }
-        });
-        (self.indices, self.places) = (indices, places);
+        }
+        self.places = places;
     }
 
     /// Box, pose, speed and margin of a body.
+    #[inline]
     fn place(&mut self, k: usize, ahead: &Ahead<S>) {
-        if let Some(place) = place(self.indices[k], ahead) {
-            self.put(k, place);
-        }
+        self.movers[k].moved(ahead);
+        let room = Room::of(&self.movers[k], &self.colliders.0[k], ahead);
+        self.put(k, &room);
     }
 
-    fn put(&mut self, k: usize, place: Place<S>) {
-        self.ways[k] += way(&self.poses[k], &place.pose, place.reach);
-        (self.speeds[k], self.own[k]) = (place.speed, place.speed);
-        self.margins[k] = place.margin;
-        self.poses[k] = place.pose;
-        self.bounds[k] = place.bounds;
+    #[inline(always)]
+    fn put(&mut self, k: usize, room: &Room<S>) {
+        self.ways[k] += way(&self.poses[k], &room.pose, self.movers[k].reach);
+        (self.speeds[k], self.own[k]) = (room.speed, room.speed);
+        self.margins[k] = room.margin;
+        self.poses[k] = room.pose;
+        self.bounds[k] = room.bounds;
     }
 }
 
-/// Box, pose, speed and margin of a body that has a shape.
-fn place<S: Geometry>(i: usize, ahead: &Ahead<S>) -> Option<Place<S>> {
-    let data = &ahead.bodies.data[i];
-    let collider = data.collider.as_ref()?;
-    let reach = data.turning_arm + data.mass_properties.center.norm();
-    let speed = ahead.speed(i);
-    let margin = ahead.reach(i, speed);
-    let pose = ahead.bodies.shape_pose(i);
-    Some(Place { bounds: S::bounds(collider, &pose, margin), pose, margin, speed, reach })
+/// Shapes made ready, in the columns' order.
+struct Colliders<S: Geometry>(Vec<S::Collider>);
+
+impl<S: Geometry> Default for Colliders<S> {
+    fn default() -> Self {
+        Colliders(Vec::new())
+    }
+}
+
+/// A body with a shape in its place.
+struct Place<S: Geometry> {
+    mover: Mover<S>,
+    room: Room<S>,
+}
+
+/// What a body takes up.
+struct Room<S: Geometry> {
+    bounds: Aabb<S>,
+    pose: Pose<S>,
+    margin: f64,
+    speed: f64,
+}
+
+impl<S: Geometry> Room<S> {
+    #[inline(always)]
+    fn of(mover: &Mover<S>, collider: &S::Collider, ahead: &Ahead<S>) -> Self {
+        let speed = mover.speed(ahead.dt);
+        let (margin, pose) = (mover.margin(ahead, speed), mover.shape_pose());
+        Room { bounds: S::bounds(collider, &pose, margin), pose, margin, speed }
+    }
+}
+
+/// Numbers of surfaces.
+#[derive(Default)]
+struct Surfaces {
+    /// Surface of each body in the columns.
+    of: Vec<u32>,
+    known: BTreeMap<([u64; 5], Option<usize>), u32>,
+}
+
+impl Surfaces {
+    /// Numbers the surfaces of some bodies, equal ones equally.
+    fn number<S: Geometry>(&mut self, bodies: &Bodies<S>, some: &[usize]) {
+        self.known.clear();
+        self.of.clear();
+        for d in some.iter().map(|i| &bodies.data[*i]) {
+            let numbers = [
+                d.friction,
+                d.rolling_friction,
+                d.spinning_friction,
+                d.restitution,
+                d.tangential_restitution,
+            ];
+            let next = self.known.len() as u32;
+            self.of.push(*self.known.entry((numbers.map(f64::to_bits), d.material)).or_insert(next));
+        }
+    }
 }
 
 /// How far a point that is within `reach` \[m\] of the frame's origin goes at most from one pose to another \[m\]: turning by an angle

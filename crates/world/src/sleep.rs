@@ -4,7 +4,7 @@
 
 use crate::bodies::Bodies;
 use crate::settings::SoftSettings;
-use crate::stepping::soft_step::{AGAIN, PatchForce};
+use crate::stepping::soft_step::{AGAIN, PatchList};
 use carom_geometry::Geometry;
 use carom_math::{Column, Rotation, Space};
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ pub struct Asleep<S: Space> {
     /// Serials of its bodies, ascending.
     pub serials: Vec<u64>,
     /// Forces between them and on the obstacles under them, in the order of their pairs.
-    pub patches: Vec<PatchForce<S>>,
+    pub patches: PatchList<S>,
 }
 
 impl<S: Geometry> Still<S> {

@@ -4,6 +4,7 @@
 
 use crate::sleep::{Asleep, Still};
 use crate::stepping::events::memory::Memory;
+use crate::stepping::soft_step::PatchList;
 use carom_math::{Column, Space};
 use carom_solver::{Contact, ContactProblem, Impulse, Impulses};
 use serde::{Deserialize, Serialize};
@@ -27,9 +28,9 @@ pub struct WarmStart<S: Space> {
     /// What the last flows of a scheme with events tell of their contacts.
     #[serde(flatten)]
     pub contacts: Memory,
-    /// Forces of patches of contact after a soft step, in the order of their pairs.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub patches: Vec<crate::stepping::soft_step::PatchForce<S>>,
+    /// Patches of contact after a soft step, with their forces.
+    #[serde(default, skip_serializing_if = "PatchList::is_empty")]
+    pub patches: PatchList<S>,
     /// For how long the awake bodies of a soft step have rested, ascending by serial.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub still: Vec<Still<S>>,

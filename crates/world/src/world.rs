@@ -26,7 +26,7 @@ use crate::observe::report::StepReport;
 use crate::settings::{Scheme, Settings};
 use crate::stepping::events::tape::Tape;
 use crate::stepping::schemes::{JointsLast, Schemes};
-use crate::stepping::soft_step::PatchForce;
+use crate::stepping::soft_step::PatchList;
 use crate::stepping::{Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
@@ -97,7 +97,7 @@ pub struct World<S: Geometry> {
     /// What the step before found; the scheme's memory is used in turns, so that a failed step loses nothing.
     spare: (Vec<Touch<S>>, Schemes<S>),
     /// Patches of the step before with those of islands that woke in this one; empty where none did.
-    woken: Vec<PatchForce<S>>,
+    woken: PatchList<S>,
     islands: sleeping::Islands,
     /// Why the last step that failed because of a solve did.
     failure: Option<Explanation>,
@@ -131,7 +131,7 @@ impl<S: Geometry> World<S> {
             schemes: Schemes::default(),
             checkpoint: Default::default(),
             spare: (Vec::new(), Schemes::default()),
-            woken: Vec::new(),
+            woken: PatchList::default(),
             islands: sleeping::Islands::default(),
             failure: None,
             tape: None,
@@ -463,9 +463,13 @@ impl<S: Geometry> World<S> {
             let contacts = self.schemes.met(&self.touches).0;
             return Err(StepError::Interrupted { phase: Phase::Contact.name(), contacts, time: self.time });
         }
-        self.normalize_rotations(as_before);
+        let turned = self.normalize_rotations(as_before);
         self.check_after()?;
+        let asleep = self.bodies.asleep().len();
         self.settle(dt, &mut scheme.ledger);
+        if turned || self.bodies.asleep().len() > asleep {
+            scheme.energy = None;
+        }
         self.warm.joints = joint::left(&self.bodies);
         Ok(self.observe(before, &of_groups, scheme, dt))
     }
@@ -500,7 +504,7 @@ impl<S: Geometry> World<S> {
         let mut impulses = joint::begin(bodies, &warm.joints, settings, self.time, &mut begun)?;
         let report = match settings.scheme {
             Scheme::FixedStep => {
-                let ahead = Ahead { bodies, settings, dt, pulls: &self.pushes.pulls };
+                let ahead = Ahead::new(bodies, settings, dt, &self.pushes.pulls);
                 self.narrow_phase.update(&ahead, &mut self.touches);
                 self.schemes.fixed_step.advance(bodies, &self.touches, settings, &step, outside, warm)
             }
@@ -511,8 +515,7 @@ impl<S: Geometry> World<S> {
             }
             Scheme::SoftStep => {
                 let scheme = &mut self.schemes.soft_step;
-                let before = if self.woken.is_empty() { &self.checkpoint.1.patches } else { &self.woken };
-                scheme.advance(bodies, before, settings, &step, outside, warm)
+                scheme.advance(bodies, settings, &step, outside, warm)
             }
         };
         let mut report = report?;
@@ -541,7 +544,7 @@ impl<S: Geometry> World<S> {
         scheme: SchemeReport,
         dt: f64,
     ) -> StepReport<S> {
-        let energy = self.energy();
+        let energy = scheme.energy.unwrap_or_else(|| self.energy());
         self.known_energy = Some(energy);
         let (accounts, gravity) = (self.schemes.accounts(), self.settings.gravity);
         let groups = self.groups.close(of_groups, accounts, &self.bodies, gravity);
@@ -576,12 +579,14 @@ impl<S: Geometry> World<S> {
         }
     }
 
-    /// Rotations that users wrote, or that rounding moved off, get unit length back.
-    fn normalize_rotations(&mut self, as_before: bool) {
-        let normalize = |q: &mut S::Rotation| {
+    /// Rotations that users wrote, or that rounding moved off, get unit length back; true where there was one.
+    fn normalize_rotations(&mut self, as_before: bool) -> bool {
+        let mut some = false;
+        let mut normalize = |q: &mut S::Rotation| {
             let length: f64 = q.as_slice().iter().map(|x| x * x).sum();
             if (length - 1.0).abs() > UNIT {
                 *q = q.renormalized().unwrap_or(*q);
+                some = true;
             }
         };
         if as_before {
@@ -594,6 +599,7 @@ impl<S: Geometry> World<S> {
             // what stands may have been among them
             self.may_write(Written::Motion);
         }
+        some
     }
 }
 

@@ -90,7 +90,7 @@ impl<'a, S: Geometry> Scene<'a, S> {
 fn measure<S: Geometry>(name: &str, world: &World<S>, kind: impl Fn([&S::Shape; 2]) -> &'static str) {
     let (scene, bodies, settings) = (Scene::new(world), world.bodies(), world.settings());
     let (mut narrow, mut touches) = (NarrowPhase::default(), Vec::new());
-    let ahead = Ahead { bodies, settings, dt: DT, pulls: &[] };
+    let ahead = Ahead::new(bodies, settings, DT, &[]);
     let whole = milliseconds(|| narrow.update(&ahead, &mut touches));
     let tell = |what: &str, items: usize, ms: f64| {
         let (each, share) = (1e6 * ms / items as f64, 100.0 * ms / whole);

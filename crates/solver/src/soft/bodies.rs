@@ -148,31 +148,39 @@ impl<S: Wide> Records<S> {
         });
     }
 
-    /// Adds a body and returns its record.
+    /// Adds a body and returns its record. Rows are made of numbers in registers: what is written in parts and read as a whole at
+    /// once waits.
+    #[inline]
     pub fn push(&mut self, body: &SoftBody<S>) -> u32 {
-        let (d, a) = (body.velocity.slice().len(), body.spin.slice().len());
-        let mut motion = Eight::default();
-        motion.0[..d].copy_from_slice(body.velocity.slice());
-        motion.0[d..d + a].copy_from_slice(body.spin.slice());
-        let mut load = Eight::default();
-        load.0[..d].copy_from_slice(body.load.slice());
-        load.0[d..d + a].copy_from_slice(body.spin_load.slice());
-        self.before.push(motion);
-        self.start.push(motion);
-        let mut inertia = Eight::default();
-        let numbers = body.inverse_inertia.slice();
-        inertia.0[..numbers.len()].copy_from_slice(numbers);
-        self.inertia.push(inertia);
-        motion.0[const { mass_at::<S>() }] = body.inverse_mass;
-        let (still, at) = (S::no_turn(), const { moved_at::<S>() } + d);
-        let mut moved = Eight::default();
-        let place = if const { moves_beside::<S>() } { &mut motion } else { &mut moved };
-        place.0[at..at + still.slice().len()].copy_from_slice(still.slice());
+        let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
+        let motion = |k: usize| if k < d { body.velocity[k] } else { body.spin[k - d] };
+        let load = |k: usize| if k < d { body.load[k] } else { body.spin_load[k - d] };
+        let still = S::no_turn();
+        let turns = <S::Turns<f32> as Several<f32>>::LEN;
+        let at = const { moved_at::<S>() } + d;
+        let moved = |k: usize| if k >= at && k < at + turns { still[k - at] } else { 0.0 };
+        let row = |number: &dyn Fn(usize) -> f32| {
+            let mut row = Eight::default();
+            for k in 0..WIDTH {
+                row.0[k] = number(k);
+            }
+            row
+        };
+        let start = row(&|k| if k < d + a { motion(k) } else { 0.0 });
+        self.before.push(start);
+        self.start.push(start);
+        let numbers = <S::Inertias<f32> as Several<f32>>::LEN;
+        self.inertia.push(row(&|k| if k < numbers { body.inverse_inertia[k] } else { 0.0 }));
+        self.load.push(row(&|k| if k < d + a { load(k) } else { 0.0 }));
+        let beside = |k: usize| if const { moves_beside::<S>() } { moved(k) } else { 0.0 };
+        self.motion.push(row(&|k| match k {
+            _ if k < d + a => motion(k),
+            _ if k == const { mass_at::<S>() } => body.inverse_mass,
+            _ => beside(k),
+        }));
         if !const { moves_beside::<S>() } {
-            self.moved.push(moved);
+            self.moved.push(row(&moved));
         }
-        self.motion.push(motion);
-        self.load.push(load);
         (self.motion.len() - 1) as u32
     }
 

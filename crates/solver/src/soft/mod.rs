@@ -17,5 +17,5 @@ mod solver;
 mod sweep;
 
 pub use bodies::SoftBody;
-pub use patch::{Patch, PatchPoint, PatchResult};
+pub use patch::{Last, Patch, PatchResult, Patches, Rare};
 pub use solver::{SoftChoice, SoftSolver, Told};

@@ -2,12 +2,12 @@
 //! Numbers that only precondition the sweep (masses, couplings) have eight bits of mantissa: at its fixed point all
 //! increments vanish, so they move the way there and not the answer. Coefficients, arms, gaps and impulses are f32.
 
-use super::patch::{Patch, PatchResult};
+use super::patch::{Last, Patch, PatchResult, Rare};
 use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
 use carom_math::{Several, Wide};
 
 /// A gap that no motion closes \[m\].
-const APART: f32 = 1e30;
+pub const APART: f32 = 1e30;
 
 /// A point of eight patches.
 #[derive(Clone, Copy)]
@@ -119,62 +119,123 @@ impl<S: Wide> Pack<S> {
         (pack, beside)
     }
 
-    /// Writes a patch into a lane.
-    pub fn put(&mut self, beside: &mut Beside<S>, lane: usize, patch: &Patch<S>) {
-        self.a[lane] = patch.a;
-        self.b[lane] = patch.b;
-        for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
-            self.normal[k].0[lane] = patch.normal[k];
-            self.arm_a[k].0[lane] = patch.arm_a[k];
-            self.arm_b[k].0[lane] = patch.arm_b[k];
+    /// Turns eight patches into columns, and begins their sums. What is beside them is as [`Pack::empty`] has it, but for what
+    /// the last step left.
+    #[inline(always)]
+    pub fn fill<L: Lanes>(&mut self, lanes: L, beside: &mut Beside<S>, patches: [&Patch<S>; WIDTH]) {
+        let zero = Real::all(lanes, 0.0);
+        let mut columns = [zero; MOST_NUMBERS];
+        for row in 0..<S::Rows<f32> as Several<f32>>::LEN {
+            let mut eight = [zero; WIDTH];
+            for lane in 0..WIDTH {
+                eight[lane] = Real::load(lanes, &patches[lane].0[row]);
+            }
+            let eight = Real::turn(eight);
+            for k in 0..WIDTH {
+                columns[row * WIDTH + k] = eight[k];
+            }
         }
-        self.friction.0[lane] = patch.friction;
-        self.twisting.0[lane] = patch.twisting;
+        let mut next = 0;
+        macro_rules! take {
+            ($place:expr) => {
+                $place = columns[next].store();
+                next += 1;
+            };
+        }
+        for column in [&mut self.normal, &mut self.arm_a, &mut self.arm_b] {
+            for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
+                take!(column[k]);
+            }
+        }
+        take!(self.friction);
+        take!(self.twisting);
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
-            self.rubbing[k].0[lane] = patch.rubbing[k];
+            take!(self.rubbing[k]);
+            beside.rubbed[k] = zero.store();
         }
         for i in 0..<S::Points<f32> as Several<f32>>::LEN {
-            let (point, from) = (&mut self.points[i], &patch.points[i]);
             for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
-                point.place[k].0[lane] = from.place[k];
+                take!(self.points[i].place[k]);
             }
-            point.gap.0[lane] = from.gap.min(APART);
-            point.impulse.0[lane] = from.impulse;
+            take!(self.points[i].gap);
+            take!(self.points[i].impulse);
+            beside.total[i] = zero.store();
         }
-        if patch.restitution > 0.0 {
-            beside.bounces = true;
-            beside.restitution.0[lane] = patch.restitution;
+    }
+
+    /// What the patches gave in the last substep, patch by patch.
+    #[inline(always)]
+    pub fn last<L: Lanes>(&self, lanes: L) -> [Eight; WIDTH] {
+        let mut columns = [Real::all(lanes, 0.0); WIDTH];
+        let points = <S::Points<f32> as Several<f32>>::LEN;
+        for i in 0..points {
+            columns[i] = Real::load(lanes, &self.points[i].impulse);
         }
-        if patch.rolling > 0.0 {
-            beside.resists = true;
-            beside.rolling.0[lane] = patch.rolling;
+        for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
+            columns[points + k] = Real::load(lanes, &self.rubbing[k]);
+        }
+        let mut rows = [Eight::default(); WIDTH];
+        for (row, told) in rows.iter_mut().zip(Real::turn(columns)) {
+            *row = told.store();
+        }
+        rows
+    }
+}
+
+/// Numbers of a patch in space; the plane has fewer.
+const MOST_NUMBERS: usize = 32;
+
+impl<S: Wide> Beside<S> {
+    /// Takes in what the patch in a lane needs and few do.
+    pub fn put(&mut self, lane: usize, rare: &Rare<S>) {
+        if rare.restitution > 0.0 {
+            self.bounces = true;
+            self.restitution.0[lane] = rare.restitution;
+        }
+        if rare.rolling > 0.0 {
+            self.resists = true;
+            self.rolling.0[lane] = rare.rolling;
             for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
-                beside.rolling_moment[k].0[lane] = patch.rolling_moment[k];
+                self.rolling_moment[k].0[lane] = rare.rolling_moment[k];
             }
         }
     }
 
-    /// What the patch in a lane gave.
-    pub fn told(&self, beside: &Beside<S>, lane: usize) -> PatchResult<S> {
+    /// What the patch in a lane gave in the last substep, from its row.
+    #[inline]
+    pub fn last(&self, row: &Eight, lane: usize) -> Last<S> {
+        let points = <S::Points<f32> as Several<f32>>::LEN;
+        let (mut normal, mut rubbing) = (S::Points::all(0.0), S::Spins::all(0.0));
+        for i in 0..points {
+            normal[i] = row.0[i];
+        }
+        for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
+            rubbing[k] = row.0[points + k];
+        }
+        let mut rolling = S::Slips::all(0.0);
+        if self.resists {
+            for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
+                rolling[k] = self.rolling_moment[k].0[lane];
+            }
+        }
+        Last { normal, rubbing, rolling }
+    }
+
+    /// What it gave in the step.
+    pub fn told(&self, lane: usize) -> PatchResult<S> {
         let mut out: PatchResult<S> = PatchResult {
-            last: S::Points::all(0.0),
-            last_rubbing: S::Spins::all(0.0),
-            last_rolling: S::Slips::all(0.0),
             normal: S::Points::all(0.0),
             rubbing: S::Spins::all(0.0),
             rolling: S::Slips::all(0.0),
         };
         for i in 0..<S::Points<f32> as Several<f32>>::LEN {
-            out.last[i] = self.points[i].impulse.0[lane];
-            out.normal[i] = beside.total[i].0[lane];
+            out.normal[i] = self.total[i].0[lane];
         }
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
-            out.last_rubbing[k] = self.rubbing[k].0[lane];
-            out.rubbing[k] = beside.rubbed[k].0[lane];
+            out.rubbing[k] = self.rubbed[k].0[lane];
         }
         for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
-            out.last_rolling[k] = beside.rolling_moment[k].0[lane];
-            out.rolling[k] = beside.rolled[k].0[lane];
+            out.rolling[k] = self.rolled[k].0[lane];
         }
         out
     }

@@ -1,62 +1,268 @@
-//! What the soft solver is told of a patch of contact, and tells of it.
+//! What the soft solver is told of patches of contact, and tells of them. A patch is rows of eight numbers, so that eight patches
+//! are turned into the columns of a pack as they lie; what few patches need lies beside them.
 
-use carom_math::Wide;
+use super::pack::APART;
+use carom_math::lanes::{Eight, WIDTH};
+use carom_math::{Several, Wide};
+use std::ops::{Index, IndexMut};
 
-/// A point of a patch.
-#[derive(Clone, Copy)]
-pub struct PatchPoint<S: Wide> {
-    /// Place from the patch's centre along its tangents \[m\].
-    pub place: S::Slips<f32>,
-    /// Distance of the surfaces at the step's start \[m\].
-    pub gap: f32,
-    /// Normal impulse of a substep to start from \[N s\].
-    pub impulse: f32,
+/// Numbers of a vector, of friction's impulses, and of a point.
+const fn vector<S: Wide>() -> usize {
+    <S::Vectors<f32> as Several<f32>>::LEN
+}
+const fn spins<S: Wide>() -> usize {
+    <S::Spins<f32> as Several<f32>>::LEN
+}
+const fn point<S: Wide>() -> usize {
+    <S::Slips<f32> as Several<f32>>::LEN + 2
+}
+/// Where friction's coefficient lies: behind the normal and both arms.
+const fn friction<S: Wide>() -> usize {
+    3 * vector::<S>()
+}
+/// Where friction's impulses lie: behind both coefficients.
+const fn rubbing<S: Wide>() -> usize {
+    friction::<S>() + 2
+}
+/// Where the points lie.
+const fn points<S: Wide>() -> usize {
+    rubbing::<S>() + spins::<S>()
 }
 
-/// Points that two bodies share with one normal; unused points have an infinite gap.
+/// Points that two bodies share with one normal: normal, arms, coefficients of friction, friction's impulses to start from, and of
+/// each point its place, gap and impulse to start from.
 #[derive(Clone, Copy)]
-pub struct Patch<S: Wide> {
-    /// Record of body a.
-    pub a: u32,
-    /// Record of body b; at most one of both is an obstacle.
-    pub b: u32,
-    /// Unit normal from b to a.
-    pub normal: S::Vectors<f32>,
-    /// The patch's centre from a's centre of mass \[m\].
-    pub arm_a: S::Vectors<f32>,
-    /// The patch's centre from b's centre of mass \[m\].
-    pub arm_b: S::Vectors<f32>,
-    /// Coefficient of friction \[1\].
-    pub friction: f32,
-    /// Coefficient of rolling friction \[m\].
-    pub rolling: f32,
-    /// What friction over the patch and spinning friction bear of a torque about the normal, over the normal
-    /// impulse \[m\].
-    pub twisting: f32,
+pub struct Patch<S: Wide>(pub(super) S::Rows<Eight>);
+
+impl<S: Wide> Index<usize> for Patch<S> {
+    type Output = f32;
+    #[inline(always)]
+    fn index(&self, k: usize) -> &f32 {
+        &self.0[k / WIDTH].0[k % WIDTH]
+    }
+}
+
+impl<S: Wide> IndexMut<usize> for Patch<S> {
+    #[inline(always)]
+    fn index_mut(&mut self, k: usize) -> &mut f32 {
+        &mut self.0[k / WIDTH].0[k % WIDTH]
+    }
+}
+
+impl<S: Wide> Patch<S> {
+    /// No patch at all.
+    pub(super) fn none() -> Self {
+        let mut patch = Patch(S::Rows::all(Eight::default()));
+        patch[0] = 1.0;
+        for i in 0..<S::Points<f32> as Several<f32>>::LEN {
+            patch[points::<S>() + (i + 1) * point::<S>() - 2] = APART;
+        }
+        patch
+    }
+
+    /// Sets the unit normal from body b to body a, and the arms that lead to the patch's centre from both centres of mass \[m\].
+    #[inline(always)]
+    pub fn set_place(&mut self, normal: S::Vectors<f32>, arm_a: S::Vectors<f32>, arm_b: S::Vectors<f32>) {
+        for k in 0..vector::<S>() {
+            self[k] = normal[k];
+            self[vector::<S>() + k] = arm_a[k];
+            self[2 * vector::<S>() + k] = arm_b[k];
+        }
+    }
+
+    /// Sets the coefficient of friction \[1\], and what friction over the patch and spinning friction bear of a torque about the
+    /// normal, over the normal impulse \[m\].
+    #[inline(always)]
+    pub fn set_friction(&mut self, friction: f32, twisting: f32) {
+        self[self::friction::<S>()] = friction;
+        self[self::friction::<S>() + 1] = twisting;
+    }
+
+    /// Sets a point: its place from the patch's centre along its tangents \[m\], and the distance of the surfaces at the step's
+    /// start \[m\].
+    #[inline(always)]
+    pub fn set_point(&mut self, i: usize, place: S::Slips<f32>, gap: f32) {
+        let first = points::<S>() + i * point::<S>();
+        for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
+            self[first + k] = place[k];
+        }
+        self[first + point::<S>() - 2] = gap.min(APART);
+    }
+
+    /// Sets the normal impulse of a substep that a point starts from \[N s\].
+    #[inline(always)]
+    pub fn press(&mut self, i: usize, impulse: f32) {
+        self[points::<S>() + (i + 1) * point::<S>() - 1] = impulse;
+    }
+
+    /// Sets friction's impulses of a substep to start from: along a tangent \[N s\], and about the normal in space \[N m s\].
+    #[inline(always)]
+    pub fn rub(&mut self, k: usize, impulse: f32) {
+        self[rubbing::<S>() + k] = impulse;
+    }
+}
+
+/// What few patches need.
+#[derive(Clone, Copy)]
+pub struct Rare<S: Wide> {
     /// Coefficient of restitution \[1\].
     pub restitution: f32,
-    /// The points.
-    pub points: S::Points<PatchPoint<S>>,
-    /// Friction's impulses of a substep to start from: along the tangents \[N s\], and about the normal in
-    /// space \[N m s\].
-    pub rubbing: S::Spins<f32>,
+    /// Coefficient of rolling friction \[m\].
+    pub rolling: f32,
     /// Rolling friction's moments of a substep to start from, along the tangents \[N m s\].
     pub rolling_moment: S::Slips<f32>,
+}
+
+impl<S: Wide> Rare<S> {
+    /// No restitution and no rolling friction.
+    pub fn none() -> Self {
+        Rare { restitution: 0.0, rolling: 0.0, rolling_moment: S::Slips::all(0.0) }
+    }
+    /// Whether there is neither.
+    #[inline]
+    pub fn is_none(&self) -> bool {
+        self.restitution <= 0.0 && self.rolling <= 0.0
+    }
+}
+
+/// Patches in a list.
+pub struct Patches<S: Wide> {
+    /// Records of bodies a and b of each, at most one of them an obstacle; for whoever adds patches to say before they are solved.
+    pub pairs: Vec<(u32, u32)>,
+    pub(super) all: Vec<Patch<S>>,
+    /// One for each patch, or none where none needs it.
+    pub(super) rare: Vec<Rare<S>>,
+    none: Patch<S>,
+}
+
+impl<S: Wide> Default for Patches<S> {
+    fn default() -> Self {
+        Patches { pairs: Vec::new(), all: Vec::new(), rare: Vec::new(), none: Patch::none() }
+    }
+}
+
+impl<S: Wide> Patches<S> {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.all.len()
+    }
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+    /// Forgets them.
+    pub fn clear(&mut self) {
+        self.pairs.clear();
+        self.all.clear();
+        self.rare.clear();
+    }
+    /// Adds one without points, and hands it over: it is written where it stays, for what is copied at once waits for its parts.
+    #[inline(always)]
+    pub fn add(&mut self) -> &mut Patch<S> {
+        if !self.rare.is_empty() {
+            self.rare.push(Rare::none());
+        }
+        self.all.push(self.none);
+        let last = self.all.len() - 1;
+        &mut self.all[last]
+    }
+    /// What the last one needs and few do.
+    pub fn set_rare(&mut self, rare: Rare<S>) {
+        if !rare.is_none() {
+            self.rare.resize(self.all.len(), Rare::none());
+            self.rare.iter_mut().last().into_iter().for_each(|last| *last = rare);
+        }
+    }
+    /// Moves all of another list behind these.
+    pub fn take(&mut self, other: &mut Self) {
+        if self.is_empty() {
+            std::mem::swap(self, other);
+            return;
+        }
+        if !self.rare.is_empty() || !other.rare.is_empty() {
+            self.rare.resize(self.all.len(), Rare::none());
+            other.rare.resize(other.all.len(), Rare::none());
+        }
+        self.pairs.append(&mut other.pairs);
+        self.all.append(&mut other.all);
+        self.rare.append(&mut other.rare);
+    }
+    /// Keeps those whose place in the list fits.
+    pub fn retain(&mut self, fits: impl Fn(usize) -> bool) {
+        keep(&mut self.pairs, &fits);
+        keep(&mut self.all, &fits);
+        keep(&mut self.rare, &fits);
+    }
+}
+
+/// Keeps items whose place fits.
+fn keep<T>(items: &mut Vec<T>, fits: impl Fn(usize) -> bool) {
+    let mut places = 0..items.len();
+    items.retain(|_| places.next().is_some_and(&fits));
+}
+
+/// What a patch gave in the last substep, on body a.
+#[derive(Clone, Copy)]
+pub struct Last<S: Wide> {
+    /// Normal impulses \[N s\].
+    pub normal: S::Points<f32>,
+    /// Friction's impulses.
+    pub rubbing: S::Spins<f32>,
+    /// Rolling friction's moments.
+    pub rolling: S::Slips<f32>,
 }
 
 /// What a patch gave in a step, on body a.
 #[derive(Clone, Copy)]
 pub struct PatchResult<S: Wide> {
-    /// Normal impulses of the last substep \[N s\].
-    pub last: S::Points<f32>,
-    /// Friction's impulses of the last substep.
-    pub last_rubbing: S::Spins<f32>,
-    /// Rolling friction's moments of the last substep.
-    pub last_rolling: S::Slips<f32>,
     /// Normal impulses over the step \[N s\].
     pub normal: S::Points<f32>,
     /// Friction's impulses over the step.
     pub rubbing: S::Spins<f32>,
     /// Rolling friction's moments over the step.
     pub rolling: S::Slips<f32>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_math::{Planar, Spatial};
+
+    fn fits_into_its_rows<S: Wide>() {
+        let numbers = points::<S>() + <S::Points<f32> as Several<f32>>::LEN * point::<S>();
+        assert!(numbers <= S::Rows::<f32>::LEN * WIDTH);
+    }
+
+    #[test]
+    fn a_patch_fits_into_its_rows() {
+        fits_into_its_rows::<Planar>();
+        fits_into_its_rows::<Spatial>();
+    }
+
+    fn add(to: &mut Patches<Planar>, number: f32, restitution: Option<f32>) {
+        to.add().set_place([number, 0.0], [0.0; 2], [0.0; 2]);
+        if let Some(restitution) = restitution {
+            to.set_rare(Rare { restitution, ..Rare::none() });
+        }
+    }
+
+    #[test]
+    fn what_is_rare_stays_with_its_patch() {
+        let (mut one, mut other, mut all) =
+            (Patches::<Planar>::default(), Patches::default(), Patches::default());
+        add(&mut one, 0.0, None);
+        assert!(one.rare.is_empty());
+        add(&mut one, 1.0, Some(0.0));
+        assert!(one.rare.is_empty());
+        add(&mut other, 2.0, None);
+        add(&mut other, 3.0, Some(0.3));
+        add(&mut other, 4.0, None);
+        all.take(&mut one);
+        all.take(&mut other);
+        assert!(other.is_empty() && all.len() == 5);
+        all.retain(|k| k != 1);
+        let told: Vec<(f32, f32)> =
+            all.all.iter().zip(&all.rare).map(|(p, rare)| (p[0], rare.restitution)).collect();
+        assert_eq!(told, [(0.0, 0.0), (2.0, 0.0), (3.0, 0.3), (4.0, 0.0)]);
+    }
 }

@@ -4,7 +4,7 @@ use super::bodies::{Records, SoftBody, Table};
 use super::books::book;
 use super::colours::Colours;
 use super::pack::{Beside, Pack};
-use super::patch::{Patch, PatchResult};
+use super::patch::{Last, Patch, PatchResult, Patches};
 use super::plan::{Plan, Task};
 use super::prepare::{approach, prepare};
 use super::restitution::{bounce, compress};
@@ -37,14 +37,15 @@ pub struct SoftChoice {
 pub struct SoftSolver<S: Wide> {
     records: Records<S>,
     colours: Colours,
-    pairs: Vec<(u32, u32)>,
     packs: Vec<Pack<S>>,
     beside: Vec<Beside<S>>,
+    /// What each pack's patches gave in the last substep.
+    last: Vec<[Eight; WIDTH]>,
     /// Each pack's patches, as places in the colours' order.
     members: Vec<Range<usize>>,
     plan: Plan,
     /// The patches while a step lasts.
-    patches: Vec<Patch<S>>,
+    patches: Patches<S>,
     /// Packs up to here have obstacles in them.
     with_obstacles: usize,
     /// Records before this one are obstacles.
@@ -58,12 +59,12 @@ impl<S: Wide> Default for SoftSolver<S> {
         SoftSolver {
             records: Records::default(),
             colours: Colours::default(),
-            pairs: Vec::new(),
             packs: Vec::new(),
             beside: Vec::new(),
+            last: Vec::new(),
             members: Vec::new(),
             plan: Plan::default(),
-            patches: Vec::new(),
+            patches: Patches::default(),
             with_obstacles: 0,
             obstacles: 1,
             places: Vec::new(),
@@ -84,8 +85,8 @@ pub struct Told {
     pub worst: Option<(u32, u32)>,
 }
 
-/// Packs of a chunk, what is beside them, and the place of the first.
-type Chunk<'a, S> = (usize, &'a mut [Pack<S>], &'a mut [Beside<S>]);
+/// Packs of a chunk, what is beside them, what they gave last, and the place of the first.
+type Chunk<'a, S> = (usize, &'a mut [Pack<S>], &'a mut [Beside<S>], &'a mut [[Eight; WIDTH]]);
 
 /// A step while workers share it.
 struct Steps<'a, S: Wide> {
@@ -96,7 +97,7 @@ struct Steps<'a, S: Wide> {
     plan: &'a Plan,
     members: &'a [Range<usize>],
     order: &'a [u32],
-    patches: &'a [Patch<S>],
+    patches: &'a Patches<S>,
     with_obstacles: usize,
     choice: SoftChoice,
 }
@@ -136,7 +137,7 @@ impl<S: Wide> SoftSolver<S> {
     /// Takes all substeps with these patches; records before `obstacles` are those of obstacles.
     pub fn advance(
         &mut self,
-        patches: &mut Vec<Patch<S>>,
+        patches: &mut Patches<S>,
         obstacles: u32,
         choice: &SoftChoice,
         workers: &Workers,
@@ -157,11 +158,9 @@ impl<S: Wide> SoftSolver<S> {
     fn sort(&mut self, obstacles: u32, choice: &SoftChoice, workers: &Workers) {
         let records = self.records.motion.len();
         self.obstacles = obstacles;
-        self.pairs.clear();
-        self.pairs.extend(self.patches.iter().map(|p| (p.a, p.b)));
-        let fixed = |record: u32| record < obstacles;
-        self.colours.paint(records, &self.pairs, fixed);
-        debug_assert!(self.colours.are_apart(&self.pairs, fixed), "workers would share a body");
+        let (pairs, fixed) = (self.patches.pairs.as_slice(), |record: u32| record < obstacles);
+        self.colours.paint(records, pairs, fixed);
+        debug_assert!(self.colours.are_apart(pairs, fixed), "workers would share a body");
         self.members.clear();
         self.places.clear();
         self.places.resize(self.patches.len(), (0, 0));
@@ -183,7 +182,8 @@ impl<S: Wide> SoftSolver<S> {
         let (pack, beside) = Pack::empty();
         self.packs.resize(self.members.len(), pack);
         self.beside.resize(self.members.len(), beside);
-        let bounces = self.patches.iter().any(|p| p.restitution > 0.0);
+        self.last.resize(self.members.len(), Default::default());
+        let bounces = self.patches.rare.iter().any(|rare| rare.restitution > 0.0);
         let counts = (self.members.len(), records);
         self.plan.make(&self.colours, counts, (bounces, choice.substeps), workers);
     }
@@ -192,12 +192,14 @@ impl<S: Wide> SoftSolver<S> {
     fn share(&mut self, choice: &SoftChoice, workers: &Workers, take: impl Fn(Part<'_, '_, S>) + Sync) {
         let records = self.records.motion.len();
         let (mut packs, mut besides) = (self.packs.as_mut_slice(), self.beside.as_mut_slice());
+        let mut lasts = self.last.as_mut_slice();
         let mut chunks = Vec::with_capacity(self.plan.chunks.len());
         for range in &self.plan.chunks {
-            let (these, beside);
+            let (these, beside, last);
             (these, packs) = packs.split_at_mut(range.len());
             (beside, besides) = besides.split_at_mut(range.len());
-            chunks.push(Mutex::new((range.start, these, beside)));
+            (last, lasts) = lasts.split_at_mut(range.len());
+            chunks.push(Mutex::new((range.start, these, beside, last)));
         }
         let steps = Steps {
             table: self.records.table(self.obstacles),
@@ -235,7 +237,14 @@ impl<S: Wide> SoftSolver<S> {
     /// What a patch gave in the step, by its place in the list.
     pub fn result(&self, patch: usize) -> PatchResult<S> {
         let (pack, lane) = self.places[patch];
-        self.packs[pack as usize].told(&self.beside[pack as usize], lane as usize)
+        self.beside[pack as usize].told(lane as usize)
+    }
+
+    /// What it gave in the last substep.
+    #[inline]
+    pub fn last(&self, patch: usize) -> Last<S> {
+        let (pack, lane) = (self.places[patch].0 as usize, self.places[patch].1 as usize);
+        self.beside[pack].last(&self.last[pack][lane], lane)
     }
 
     /// Velocity and spin of a record at the step's end.
@@ -274,12 +283,12 @@ impl<S: Wide> Steps<'_, S> {
                 _ => {}
             }
             let mut chunk = self.chunks[begun + turn].lock().unwrap_or_else(PoisonError::into_inner);
-            let (first, packs, besides) = &mut *chunk;
+            let (first, packs, besides, lasts) = &mut *chunk;
             let packs = packs.iter_mut().zip(besides.iter_mut());
             // loops and no closures: a closure that is not inlined has no registers
             match task {
                 Task::Accelerate(_) | Task::MoveOn => {}
-                Task::Pack => self.pack(*first, packs),
+                Task::Pack => self.pack(lanes, *first, packs),
                 Task::Approach => {
                     for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
                         approach(lanes, pack, beside, table);
@@ -312,8 +321,9 @@ impl<S: Wide> Steps<'_, S> {
                     }
                 }
                 Task::Book => {
-                    for (pack, beside) in packs {
+                    for ((pack, beside), last) in packs.zip(lasts.iter_mut()) {
                         book(lanes, pack, beside, table);
+                        *last = pack.last(lanes);
                     }
                 }
             }
@@ -321,13 +331,30 @@ impl<S: Wide> Steps<'_, S> {
     }
 
     /// Fills packs, the first of which is this one, with their patches.
-    #[inline(never)]
-    fn pack<'p>(&self, first: usize, packs: impl Iterator<Item = (&'p mut Pack<S>, &'p mut Beside<S>)>) {
-        let (empty, nothing) = Pack::empty();
+    #[inline(always)]
+    fn pack<'p, L: Lanes>(
+        &self,
+        lanes: L,
+        first: usize,
+        packs: impl Iterator<Item = (&'p mut Pack<S>, &'p mut Beside<S>)>,
+    ) {
+        let (_, nothing) = Pack::empty();
+        let none = Patch::none();
+        let Patches { pairs, all, rare, .. } = self.patches;
         for ((pack, beside), members) in packs.zip(&self.members[first..]) {
-            (*pack, *beside) = (empty, nothing);
-            for (lane, &k) in self.order[members.clone()].iter().enumerate() {
-                pack.put(beside, lane, &self.patches[k as usize]);
+            if beside.bounces || beside.resists {
+                *beside = nothing;
+            }
+            let members = &self.order[members.clone()];
+            let mut eight = [&none; WIDTH];
+            (pack.a, pack.b) = ([0; WIDTH], [0; WIDTH]);
+            for (lane, &k) in members.iter().enumerate().take(WIDTH) {
+                eight[lane] = &all[k as usize];
+                (pack.a[lane], pack.b[lane]) = pairs[k as usize];
+            }
+            pack.fill(lanes, beside, eight);
+            if !rare.is_empty() {
+                members.iter().enumerate().for_each(|(lane, &k)| beside.put(lane, &rare[k as usize]));
             }
         }
     }
@@ -335,7 +362,7 @@ impl<S: Wide> Steps<'_, S> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::patch::PatchPoint;
+    use super::super::patch::Rare;
     use super::*;
     use carom_math::Several;
     use carom_math::lanes::Portable;
@@ -383,30 +410,27 @@ mod tests {
             for x in normal.slice_mut() {
                 *x /= length;
             }
-            let mut points =
-                S::Points::all(PatchPoint { place: S::Slips::all(0.0), gap: f32::INFINITY, impulse: 0.0 });
-            let count = 1 + k as usize % points.slice().len();
-            for point in &mut points.slice_mut()[..count] {
-                *point = PatchPoint {
-                    place: dice.fill(0.5),
-                    gap: 0.01 * dice.roll(),
-                    impulse: 0.05 * dice.roll().abs(),
-                };
+            let (arm_a, arm_b) = (dice.fill(0.5), dice.fill(0.5));
+            let patch = solver.patches.add();
+            patch.set_place(normal, arm_a, arm_b);
+            let count = 1 + k as usize % S::Points::<f32>::LEN;
+            for i in 0..count {
+                patch.set_point(i, dice.fill(0.5), 0.01 * dice.roll());
+                patch.press(i, 0.05 * dice.roll().abs());
             }
-            solver.patches.push(Patch {
-                a: record,
-                b: if k % 10 == 0 { 1 } else { record.saturating_sub(1 + k % 3) },
-                normal,
-                arm_a: dice.fill(0.5),
-                arm_b: dice.fill(0.5),
-                friction: dice.roll().abs(),
-                rolling: if k % 4 == 0 { 0.01 } else { 0.0 },
-                twisting: 0.2 * dice.roll().abs(),
+            patch.set_friction(dice.roll().abs(), 0.2 * dice.roll().abs());
+            let rubbing: S::Spins<f32> = dice.fill(0.01);
+            for (k, impulse) in rubbing.slice().iter().enumerate() {
+                patch.rub(k, *impulse);
+            }
+            let rare = Rare {
                 restitution: if k % 5 == 0 { 0.5 } else { 0.0 },
-                points,
-                rubbing: dice.fill(0.01),
-                rolling_moment: S::Slips::all(0.0),
-            });
+                rolling: if k % 4 == 0 { 0.01 } else { 0.0 },
+                ..Rare::none()
+            };
+            solver.patches.set_rare(rare);
+            let b = if k % 10 == 0 { 1 } else { record.saturating_sub(1 + k % 3) };
+            solver.patches.pairs.push((record, b));
         }
         solver
     }

@@ -1,6 +1,7 @@
 //! Some of a world's bodies as a set of their own, for those who deal with a part at a time. Knows nobody of the rest.
 
-use super::{Bodies, BodyData, Motion, Roles};
+use super::roles::Roles;
+use super::{Bodies, BodyData, Motion};
 use carom_geometry::Geometry;
 use carom_math::Column;
 use std::collections::BTreeMap;
@@ -24,6 +25,7 @@ impl<S: Geometry> Bodies<S> {
             joints: self.joints.some(indices),
             index: BTreeMap::new(),
             serials: self.serials,
+            shapes: Vec::new(),
             asleep_moment: S::Vector::ZERO,
         }
     }

@@ -5,6 +5,7 @@
 
 mod midpoint;
 mod rk4;
+mod slow;
 mod splitting;
 
 use crate::bodies::Bodies;
@@ -14,6 +15,7 @@ use carom_geometry::Geometry;
 use carom_math::{Column, Inertia, Rotation};
 use carom_solver::Twist;
 use serde::{Deserialize, Serialize};
+pub(crate) use slow::slow_rotation;
 
 pub use midpoint::midpoint_rotation;
 pub use splitting::split_rotation;

@@ -2,12 +2,9 @@
 
 use crate::bodies::Bodies;
 use carom_geometry::Geometry;
-use carom_math::workers::Memory;
-use carom_math::{Column, Space, Workers};
+use carom_math::{Column, Inertia, Pose, Rotation, Space};
+use carom_solver::Twist;
 use serde::{Deserialize, Serialize};
-
-/// Bodies whose terms a worker finds at a time.
-const CHUNK: usize = 128;
 
 /// Energy in its parts \[J\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -23,43 +20,16 @@ pub struct Energy {
 impl Energy {
     /// Sum over all bodies that can move, in order of index.
     pub fn of<S: Geometry>(bodies: &Bodies<S>, gravity: S::Vector) -> Self {
-        let Some(moment) = bodies.asleep_moment() else {
+        if bodies.asleep_moment().is_none() {
             return Energy::sum(bodies, bodies.dynamic(), gravity);
-        };
-        // bodies that sleep have potential energy alone, and it stays
-        let mut awake = Energy::sum(bodies, bodies.awake(), gravity);
-        awake.potential -= gravity.dot(moment);
-        awake
+        }
+        let mut all = Energy::sum(bodies, bodies.awake(), gravity);
+        all.add_asleep(bodies, gravity);
+        all
     }
     /// Sum over some of them, given by their indices.
     pub fn of_some<S: Geometry>(bodies: &Bodies<S>, some: &[usize], gravity: S::Vector) -> Self {
         Energy::sum(bodies, some.iter().copied(), gravity)
-    }
-    /// The sum over all, its terms found by several workers and added in the same order.
-    pub(crate) fn shared<S: Geometry>(
-        bodies: &Bodies<S>,
-        gravity: S::Vector,
-        workers: &Workers,
-        (all, terms): &mut (Vec<usize>, Memory<Vec<Energy>>),
-    ) -> Self {
-        if workers.is_alone() {
-            return Energy::of(bodies, gravity);
-        }
-        let moment = bodies.asleep_moment();
-        all.clear();
-        match moment {
-            None => all.extend(bodies.dynamic()),
-            Some(_) => all.extend(bodies.awake()),
-        }
-        let mut e = Energy::default();
-        let find = |_, some: &[usize], out: &mut Vec<Energy>| {
-            out.extend(some.iter().map(|i| Energy::of_body(bodies, *i, gravity)));
-        };
-        workers.chunks(all, CHUNK, terms, find, |found| found.drain(..).for_each(|term| e.add(term)));
-        if let Some(moment) = moment {
-            e.potential -= gravity.dot(moment);
-        }
-        e
     }
     fn sum<S: Geometry>(bodies: &Bodies<S>, some: impl Iterator<Item = usize>, gravity: S::Vector) -> Self {
         let mut e = Energy::default();
@@ -67,13 +37,31 @@ impl Energy {
         e
     }
     fn of_body<S: Geometry>(bodies: &Bodies<S>, i: usize, gravity: S::Vector) -> Self {
+        Energy::of_motion(bodies, i, (&bodies.motion.pose(i), &bodies.motion.twist(i)), gravity)
+    }
+    /// That of a body, if it moved so.
+    #[inline]
+    pub(crate) fn of_motion<S: Geometry>(
+        bodies: &Bodies<S>,
+        i: usize,
+        (pose, twist): (&Pose<S>, &Twist<S>),
+        gravity: S::Vector,
+    ) -> Self {
+        let body = &bodies.data[i].mass_properties;
+        let spin = pose.rotation.unrotate_spin(twist.angular);
         Energy {
-            translational: bodies.translational_energy(i),
-            rotational: bodies.rotational_energy(i),
-            potential: -(bodies.data[i].mass_properties.mass * gravity.dot(bodies.motion.position[i])),
+            translational: 0.5 * (twist.linear * body.mass).dot(twist.linear),
+            rotational: 0.5 * body.inertia.apply(spin).dot(spin),
+            potential: -(body.mass * gravity.dot(pose.position)),
         }
     }
-    fn add(&mut self, other: Energy) {
+    /// What bodies that sleep add to the sum over the others: they have potential energy alone, and it stays.
+    pub(crate) fn add_asleep<S: Geometry>(&mut self, bodies: &Bodies<S>, gravity: S::Vector) {
+        if let Some(moment) = bodies.asleep_moment() {
+            self.potential -= gravity.dot(moment);
+        }
+    }
+    pub(crate) fn add(&mut self, other: Energy) {
         self.translational += other.translational;
         self.rotational += other.rotational;
         self.potential += other.potential;

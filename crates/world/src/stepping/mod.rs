@@ -9,6 +9,7 @@ pub mod soft_step;
 use crate::bodies::Bodies;
 use crate::integrate::Loads;
 use crate::observe::accounts::{Accounts, Motive};
+use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
@@ -31,6 +32,8 @@ pub struct SchemeReport {
     pub ledger: Ledger,
     /// What happened within the step.
     pub events: Events,
+    /// The energy at its end, where the scheme knows it.
+    pub energy: Option<Energy>,
 }
 
 impl SchemeReport {
@@ -68,6 +71,9 @@ pub(crate) fn damp<S: Geometry>(
     ledger: &mut Ledger,
     accounts: &mut Accounts<S>,
 ) {
+    if !bodies.may_be_damped() {
+        return;
+    }
     // the potential energy does not change here
     let marks = accounts.marks(bodies, S::Vector::ZERO);
     for k in 0..bodies.movers().len() {

@@ -20,10 +20,11 @@ impl<S: Geometry> World<S> {
         }
         let (stage, remedy) = ("before the step", "set it to finite numbers");
         if as_before {
-            // those that stand were looked at when they came to
-            let asleep = if self.written > Written::Nothing { self.bodies.asleep() } else { &[] };
-            let looked_at = self.bodies.movers().iter().chain(asleep);
-            looked_at.into_iter().try_for_each(|i| self.check_body(*i as usize, stage, remedy))?;
+            // those that stand were looked at when they came to, and all others after the last step
+            if self.written > Written::Nothing {
+                let mut looked_at = self.bodies.movers().iter().chain(self.bodies.asleep());
+                looked_at.try_for_each(|i| self.check_body(*i as usize, stage, remedy))?;
+            }
         } else {
             (0..self.bodies.len()).try_for_each(|i| self.check_body(i, stage, remedy))?;
             self.check_fixed()?;

@@ -38,10 +38,11 @@ impl<S: Geometry> World<S> {
         if settings.scheme != Scheme::FixedStep || self.fields.is_empty() || is_wide {
             return;
         }
-        let ahead = Ahead { bodies, settings, dt, pulls };
+        let ahead = Ahead::new(bodies, settings, dt, pulls);
         room.extend((0..bodies.len()).map(|i| {
-            let speed = ahead.speed(i);
-            ahead.reach(i, speed) - speed * dt + OVERLOOKED * bodies.data[i].extent
+            let mover = ahead.mover(i);
+            let speed = mover.speed(dt);
+            mover.margin(&ahead, speed) - speed * dt + OVERLOOKED * bodies.data[i].extent
         }));
     }
 
@@ -66,7 +67,7 @@ impl<S: Geometry> World<S> {
     pub(super) fn overlooked_some(&mut self, dt: f64) -> bool {
         let mut within = Vec::new();
         std::mem::swap(&mut self.bodies.motion, &mut self.checkpoint.0);
-        let ahead = Ahead { bodies: &self.bodies, settings: &self.settings, dt, pulls: &self.pushes.pulls };
+        let ahead = Ahead::new(&self.bodies, &self.settings, dt, &self.pushes.pulls);
         self.narrow_phase.update(&ahead, &mut within);
         std::mem::swap(&mut self.bodies.motion, &mut self.checkpoint.0);
         let ids = |touches: &[Touch<S>]| touches.iter().map(|t| (t.a, t.b, t.id)).collect::<Vec<_>>();

@@ -10,9 +10,9 @@ use crate::observe::accounts::{Mark, Motive};
 use crate::observe::ledger::Ledger;
 use crate::settings::Scheme;
 use crate::sleep::{Asleep, Still};
-use crate::stepping::soft_step::PatchForce;
+use crate::stepping::soft_step::PatchList;
 use carom_geometry::Geometry;
-use carom_math::{Several, Space};
+use carom_math::Several;
 use carom_solver::Twist;
 use std::sync::Arc;
 
@@ -125,7 +125,7 @@ impl<S: Geometry> World<S> {
         loop {
             let (scheme, bodies, settings) = (&mut self.schemes.soft_step, &self.bodies, &self.settings);
             let before = if self.woken.is_empty() { &self.checkpoint.1.patches } else { &self.woken };
-            let ahead = Ahead { bodies, settings, dt, pulls: &self.pushes.pulls };
+            let ahead = Ahead::new(bodies, settings, dt, &self.pushes.pulls);
             scheme.find(&mut self.narrow_phase, ahead, before);
             if self.bodies.asleep().is_empty() {
                 return;
@@ -136,9 +136,9 @@ impl<S: Geometry> World<S> {
             }
             let more = self.take_awake(&|island| island.has_one_of(&touched));
             if self.woken.is_empty() {
-                self.woken.extend_from_slice(&self.checkpoint.1.patches);
+                self.woken.clone_from(&self.checkpoint.1.patches);
             }
-            merge(&mut self.woken, more);
+            self.woken.merge(&more);
         }
         // obstacles at rest do not stir what sleeps on them
         self.schemes.soft_step.leave_sleepers(&self.bodies);
@@ -172,7 +172,7 @@ impl<S: Geometry> World<S> {
     fn find_islands(&self, islands: &mut Islands) {
         let bodies = &self.bodies;
         islands.begin(bodies.len(), bodies.movers());
-        let pairs = || self.schemes.soft_step.faces().iter().map(|face| face.pair());
+        let pairs = || self.schemes.soft_step.pairs();
         for (a, b) in pairs().filter(|(a, b)| bodies.is_dynamic(*a) && bodies.is_dynamic(*b)) {
             islands.join(a, b);
         }
@@ -185,8 +185,9 @@ impl<S: Geometry> World<S> {
             let root = islands.root(i);
             islands.awake[root] |= still.since < self.settings.soft.sleep_time;
         }
-        for patch in self.warm.patches.iter().filter(|p| p.normal.slice().iter().any(|force| *force > 0.0)) {
-            let (Some(a), Some(b)) = (bodies.with_serial(patch.pair.0), bodies.with_serial(patch.pair.1))
+        let bears = |normal: &S::Points<f64>| normal.slice().iter().any(|force| *force > 0.0);
+        for (seen, _) in self.warm.patches.iter().filter(|(_, force)| bears(&force.normal)) {
+            let (Some(a), Some(b)) = (bodies.with_serial(seen.pair.0), bodies.with_serial(seen.pair.1))
             else {
                 continue;
             };
@@ -208,7 +209,7 @@ impl<S: Geometry> World<S> {
             }
             if islands.number[root] == NONE {
                 islands.number[root] = fallen.len() as u32;
-                fallen.push(Asleep { serials: Vec::new(), patches: Vec::new() });
+                fallen.push(Asleep { serials: Vec::new(), patches: PatchList::default() });
             }
             fallen[islands.number[root] as usize].serials.push(self.bodies.data[i].serial);
             indices.push(i as u32);
@@ -217,16 +218,20 @@ impl<S: Geometry> World<S> {
             return;
         }
         let bodies = &self.bodies;
-        self.warm.patches.retain(|patch| {
-            let ends = [bodies.with_serial(patch.pair.0), bodies.with_serial(patch.pair.1)];
-            let Some(i) = ends.into_iter().flatten().find(|i| bodies.is_dynamic(*i)) else { return true };
+        let number = |pair: (u64, u64)| {
+            let ends = [bodies.with_serial(pair.0), bodies.with_serial(pair.1)];
+            let i = ends.into_iter().flatten().find(|i| bodies.is_dynamic(*i))?;
             let root = islands.root(i);
-            let number = islands.number[root];
-            if number != NONE {
-                fallen[number as usize].patches.push(*patch);
+            Some(islands.number[root]).filter(|number| *number != NONE)
+        };
+        let numbers: Vec<Option<u32>> =
+            self.warm.patches.seen.iter().map(|seen| seen.pair).map(number).collect();
+        for ((seen, force), number) in self.warm.patches.iter().zip(&numbers) {
+            if let Some(number) = number {
+                fallen[*number as usize].patches.push(*seen, *force);
             }
-            number == NONE
-        });
+        }
+        self.warm.patches.retain(|k| numbers[k].is_none());
         self.stop(&indices, ledger);
         let serials: Vec<u64> = indices.iter().map(|i| self.bodies.data[*i as usize].serial).collect();
         self.warm.still.retain(|s| serials.binary_search(&s.serial).is_err());
@@ -272,7 +277,7 @@ impl<S: Geometry> World<S> {
         let stirs = |i: usize| {
             !bodies.is_asleep(i) && (bodies.is_dynamic(i) || bodies.motion.twist(i) != Twist::default())
         };
-        let pairs = self.schemes.soft_step.faces().iter().map(|face| face.pair());
+        let pairs = self.schemes.soft_step.pairs();
         let ends = pairs.flat_map(|(a, b)| [(a, b), (b, a)]);
         let touched = ends.filter(|(i, by)| bodies.is_asleep(*i) && stirs(*by));
         let mut serials: Vec<u64> = touched.map(|(i, _)| bodies.data[i].serial).collect();
@@ -284,32 +289,24 @@ impl<S: Geometry> World<S> {
     fn wake_where(&mut self, stirs: &dyn Fn(&Asleep<S>) -> bool) -> bool {
         let count = self.warm.asleep.len();
         let patches = self.take_awake(stirs);
-        merge(&mut self.warm.patches, patches);
+        self.warm.patches.merge(&patches);
         self.warm.asleep.len() < count
     }
 
     /// Wakes islands and returns the forces that they had.
-    fn take_awake(&mut self, stirs: &dyn Fn(&Asleep<S>) -> bool) -> Vec<PatchForce<S>> {
-        let mut patches = Vec::new();
+    fn take_awake(&mut self, stirs: &dyn Fn(&Asleep<S>) -> bool) -> PatchList<S> {
+        let mut patches = PatchList::default();
         if !self.warm.asleep.iter().any(|island| stirs(island)) {
             return patches;
         }
         Arc::make_mut(&mut self.warm.asleep).retain(|island| {
             let stirred = stirs(island);
             if stirred {
-                patches.extend_from_slice(&island.patches);
+                patches.merge(&island.patches);
             }
             !stirred
         });
         self.find_sleepers();
         patches
-    }
-}
-
-/// Joins lists of patches, each in the order of its pairs.
-fn merge<S: Space>(patches: &mut Vec<PatchForce<S>>, more: Vec<PatchForce<S>>) {
-    if !more.is_empty() {
-        patches.extend(more);
-        patches.sort_by_key(|p| p.pair);
     }
 }

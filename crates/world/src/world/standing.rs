@@ -82,8 +82,55 @@ impl<S: Geometry> World<S> {
         self.keep_motion(false);
         self.schemes.soft_step.prepare(&self.bodies);
         self.spare.1.soft_step.prepare(&self.bodies);
-        let ahead = Ahead { bodies: &self.bodies, settings: &self.settings, dt, pulls: &self.pushes.pulls };
+        let ahead = Ahead::new(&self.bodies, &self.settings, dt, &self.pushes.pulls);
         self.narrow_phase.arrange(&ahead);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{BodySpec, PlanarShape, Scheme, Settings, World2, vec2};
+    use std::sync::Arc;
+
+    fn stack(count: usize) -> World2 {
+        let mut world = World2::new(Settings { scheme: Scheme::SoftStep, ..Settings::default() }).unwrap();
+        world.add("floor", BodySpec::fixed(PlanarShape::HalfPlane { normal: vec2(0.0, 1.0) })).unwrap();
+        for k in 0..count {
+            let block = BodySpec::dense(PlanarShape::Box { size: [1.0, 1.0] }, 1.0);
+            world.add(&format!("block {k}"), block.at(vec2(0.0, 0.5 + k as f64))).unwrap();
+        }
+        world
+    }
+
+    #[test]
+    fn what_was_seen_of_contacts_that_stand_is_not_copied() {
+        let mut world = stack(3);
+        for _ in 0..100 {
+            world.step(1.0 / 60.0).unwrap();
+        }
+        let (now, before) = (&world.warm.patches, &world.checkpoint.1.patches);
+        assert!(now.seen.len() == 3 && Arc::ptr_eq(&now.seen, &before.seen));
+        // a push makes them others
+        world.motion_mut().velocity[3] = vec2(3.0, 0.0);
+        for _ in 0..10 {
+            world.step(1.0 / 60.0).unwrap();
+        }
+        assert!(!Arc::ptr_eq(&world.warm.patches.seen, &world.checkpoint.1.patches.seen));
+    }
+
+    #[test]
+    fn a_step_that_is_refused_leaves_the_touches_of_the_one_before() {
+        let mut world = stack(2);
+        for _ in 0..20 {
+            world.step(1.0 / 60.0).unwrap();
+        }
+        let touches = world.touches().to_vec();
+        assert!(touches.len() == 4 && world.step(f64::NAN).is_err() && world.touches() == touches);
+        world.bodies_mut().data[2].tangential_restitution = 0.5;
+        assert!(world.step(1.0 / 60.0).is_err());
+        assert_eq!(world.touches(), touches);
+        let bears: f64 = world.last_problem().1.contacts.iter().map(|c| c.normal).sum();
+        assert!(bears > 0.0);
     }
 }

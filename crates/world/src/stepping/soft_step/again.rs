@@ -8,10 +8,10 @@
 //! parts of the other body that were far. A corner on a face of the larger body is where it would be found; of other
 //! corners and edges the normal is off by no more than the bodies turned, a hundredth of a radian.
 
-use super::face::Face;
-use super::memory::PatchForce;
-use crate::ahead::Ahead;
-use crate::material::Coefficients;
+use super::face::{Laid, Spots, mean_of, tangents_of};
+use super::memory::Seen;
+use crate::ahead::{Ahead, Mover};
+use crate::narrow_phase::Near;
 use carom_geometry::Geometry;
 use carom_math::{Column, Rotation, Several};
 
@@ -19,34 +19,8 @@ use carom_math::{Column, Rotation, Several};
 /// looked for at least as far.
 pub const AGAIN: f64 = 0.01;
 
-/// Appends the faces of a pair that had these patches in the step before, one of each, and true, if their points stand.
-pub(super) fn again<S: Geometry>(
-    ahead: &Ahead<S>,
-    (pair, closing): ((usize, usize), Option<f64>),
-    known: &[PatchForce<S>],
-    faces: &mut Vec<Face<S>>,
-) -> bool {
-    let data = &ahead.bodies.data;
-    let are_angular = || data[pair.0].is_angular && data[pair.1].is_angular;
-    if known.iter().any(|patch| patch.count < S::DIM) && !are_angular() {
-        return false;
-    }
-    // all of a pair were looked at together
-    let Some(first) = known.first() else { return false };
-    let Some(together) = Together::<S>::of(ahead, (pair, closing), first) else { return false };
-    let coefficients = Coefficients::of(ahead.bodies, ahead.settings, pair);
-    for patch in known {
-        let normal = together.turn.map_or(patch.seen.normal, |turn| turn.rotate(patch.seen.normal));
-        faces.push(Face::new(pair, normal, coefficients));
-        if let Some(face) = faces.last_mut() {
-            together.fill(face, patch);
-        }
-    }
-    true
-}
-
 /// How two bodies moved since they were looked at.
-struct Together<S: Geometry> {
+pub(super) struct Together<S: Geometry> {
     /// Place of the larger body then, and now.
     larger: [S::Vector; 2],
     /// How it turned; none where it did not.
@@ -61,64 +35,92 @@ struct Together<S: Geometry> {
 }
 
 impl<S: Geometry> Together<S> {
-    /// None where they moved too far against each other, or will in this step.
-    #[inline]
-    fn of(
-        ahead: &Ahead<S>,
-        ((a, b), closing): ((usize, usize), Option<f64>),
-        patch: &PatchForce<S>,
-    ) -> Option<Self> {
-        let (data, motion) = (&ahead.bodies.data, &ahead.bodies.motion);
-        let a_is_small = data[a].extent <= data[b].extent;
-        let ((small, large), (s, l)) = if a_is_small { ((a, b), (0, 1)) } else { ((b, a), (1, 0)) };
-        let seen = &patch.seen;
-        let larger = [seen.places[l], motion.position[large]];
-        let turn = turned::<S>(&motion.rotation[large], &seen.attitudes[l]);
-        let own = turned::<S>(&motion.rotation[small], &seen.attitudes[s]);
-        let apart = motion.position[small] - larger[1];
+    /// Of a pair that had these patches in the step before; none unless all their points stand.
+    #[inline(always)]
+    pub fn of(ahead: &Ahead<S>, near: &Near<'_, S>, known: &[Seen<S>]) -> Option<Self> {
+        let couple = &near.couple;
+        if known.iter().any(|patch| patch.count < S::DIM) && !couple.are_angular() {
+            return None;
+        }
+        // all of a pair were looked at together
+        let first = known.first()?;
+        let place = |mover: &Mover<S>| (mover.position, mover.rotation);
+        let together = Together::between(first, [place(couple.a), place(couple.b)], couple.a_is_small());
+        let small = couple.small();
+        let swing = together.against.map_or(0.0, |turn| angle::<S>(&turn) * small.arm);
+        let farthest = AGAIN * small.extent;
+        // not a number where an attitude was none
+        let left = farthest - swing;
+        let stands = left >= 0.0 && together.by.norm_squared() <= left * left;
+        // what was pushed since may come to other parts of the other body in this step; how far it falls was known
+        if !stands {
+            return None;
+        }
+        let closing = near.closing.unwrap_or_else(|| couple.closing());
+        (couple.coming(ahead.dt, closing) <= farthest).then_some(together)
+    }
+
+    /// Of two bodies where they were seen, and where they are.
+    #[inline(always)]
+    pub fn between(seen: &Seen<S>, now: [(S::Vector, S::Rotation); 2], a_is_small: bool) -> Self {
+        let (s, l) = if a_is_small { (0, 1) } else { (1, 0) };
+        let larger = [seen.places[l], now[l].0];
+        let turn = turned::<S>(&now[l].1, &seen.attitudes[l]);
+        let own = turned::<S>(&now[s].1, &seen.attitudes[s]);
+        let apart = now[s].0 - larger[1];
         let apart = turn.map_or(apart, |turn| turn.unrotate(apart));
         let by = apart - (seen.places[s] - larger[0]);
         let against = match (own, turn) {
             (Some(own), Some(turn)) => Some(own.within(&turn)),
             (own, turn) => own.or_else(|| turn.map(|turn| turn.inverse())),
         };
-        let swing = against.map_or(0.0, |turn| angle::<S>(&turn) * data[small].reach_of_turning());
-        let farthest = AGAIN * data[small].extent;
-        // not a number where an attitude was none
-        let stands = by.norm() + swing <= farthest;
-        // what was pushed since may come to other parts of the other body in this step; how far it falls was known
-        if !stands {
-            return None;
-        }
-        let closing = closing.unwrap_or_else(|| ahead.closing((a, b)));
-        if ahead.coming((a, b), closing) > farthest {
-            return None;
-        }
         let sign = if a_is_small { 1.0 } else { -1.0 };
-        Some(Together { larger, turn, smaller: seen.places[s], by, against, sign })
+        Together { larger, turn, smaller: seen.places[s], by, against, sign }
+    }
+
+    /// A patch's face as it lies now. All of it is linear in the points, so what they share is found once: with n and t the normal
+    /// then and a tangent now, m = (Q_l^T Q_s - 1)^T n and u = (1 + (Q_l^T Q_s - 1)/2)^T Q_l^T t gaps change by +-(n.d + m.(p - x_s'))
+    /// and places from the mean are u.(p - p_mean).
+    #[inline(always)]
+    pub fn laid(&self, seen: &Seen<S>, count: usize) -> Laid<S> {
+        let (then, back) = (seen.normal, self.against.map(|turn| turn.inverse()));
+        let normal = self.turn.map_or(then, |turn| turn.rotate(then));
+        let lean = back.map_or(S::Vector::ZERO, |back| back.swing(then));
+        let tangents = tangents_of::<S>(normal);
+        let along = tangents.map(|tangent| {
+            let tangent = self.turn.map_or(tangent, |turn| turn.unrotate(tangent));
+            back.map_or(tangent, |back| tangent + back.swing(tangent) * 0.5)
+        });
+        let mean = mean_of::<S>(&seen.points, count);
+        let centre = self.along(mean + self.against(mean) * 0.5);
+        let shared = then.dot(self.by);
+        let gap = |i: usize| seen.gaps[i] + self.sign * (shared + lean.dot(seen.points[i] - self.smaller));
+        Laid::new((count, &seen.points), (normal, tangents), (mean, centre), along, gap)
     }
 
     /// The points of a patch where they are now.
-    #[inline]
-    fn fill(&self, face: &mut Face<S>, patch: &PatchForce<S>) {
-        let normal = patch.seen.normal;
-        for (i, id) in patch.names().iter().enumerate() {
-            let point = patch.seen.points[i];
+    pub fn spots(&self, patch: &Seen<S>) -> Spots<S> {
+        let normal = patch.normal;
+        let mut spots = Spots::<S>::new(self.turn.map_or(normal, |turn| turn.rotate(normal)));
+        spots.count = patch.names().len();
+        for i in 0..spots.count {
+            let point = patch.points[i];
             let by = self.against(point);
-            let gap = patch.seen.gaps[i] + self.sign * normal.dot(by);
-            face.add(*id, self.along(point + by * 0.5), gap);
+            spots.gaps[i] = patch.gaps[i] + self.sign * normal.dot(by);
+            spots.points[i] = self.along(point + by * 0.5);
         }
+        spots
     }
 
     /// How a point of the smaller body moved against the larger one, in the frame of then \[m\].
-    #[inline]
+    #[inline(always)]
     fn against(&self, point: S::Vector) -> S::Vector {
         let arm = point - self.smaller;
-        self.by + self.against.map_or(S::Vector::ZERO, |turn| turn.rotate(arm) - arm)
+        self.by + self.against.map_or(S::Vector::ZERO, |turn| turn.swing(arm))
     }
 
     /// Where the larger body took a point of the frame of then \[m\].
-    #[inline]
+    #[inline(always)]
     fn along(&self, point: S::Vector) -> S::Vector {
         let arm = point - self.larger[0];
         self.larger[1] + self.turn.map_or(arm, |turn| turn.rotate(arm))

@@ -20,12 +20,13 @@ pub(super) struct Given<S: Geometry> {
 impl<S: Geometry> Given<S> {
     /// From a face, and its patch's impulses along the normal and across it.
     pub fn of(face: &Face<S>, result: &PatchResult<S>) -> Self {
-        let (normal, centre) = (face.normal, face.centre());
+        let (spots, normal) = (&face.spots, face.spots.normal);
+        let centre = spots.centre();
         let (mut impulse, mut moment) = (S::Vector::ZERO, S::Spin::ZERO);
         for i in 0..face.len() {
             let pressed = normal * f64::from(result.normal[i]);
             impulse += pressed;
-            moment += S::moment(face.points[i] - centre, pressed);
+            moment += S::moment(spots.points[i] - centre, pressed);
         }
         for k in 0..S::SLIP {
             impulse += S::tangent(normal, k) * f64::from(result.rubbing[k]);

@@ -15,9 +15,9 @@ mod problem;
 mod tally;
 
 pub use again::AGAIN;
-pub(crate) use face::Face;
-use face::NONE;
-pub use memory::PatchForce;
+use face::{Face, Met, NONE};
+pub use memory::PatchList;
+use memory::Seen;
 
 use crate::ahead::Ahead;
 use crate::bodies::Bodies;
@@ -26,6 +26,7 @@ use crate::force::Wrench;
 use crate::impact::Impacts;
 use crate::integrate::{Loads, Step};
 use crate::joint::JointImpulse;
+use crate::material::Coefficients;
 use crate::narrow_phase::{NarrowPhase, Touch, take};
 use crate::observe::accounts::{Accounts, Cause};
 use crate::observe::energy::Energy;
@@ -37,20 +38,28 @@ use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::workers::Memory;
 use carom_math::{Column, Inertia, Pose, Workers};
-use carom_solver::soft::{Patch, SoftBody, SoftChoice, SoftSolver, Told};
+use carom_solver::soft::{Patches, SoftBody, SoftChoice, SoftSolver, Told};
 use carom_solver::{Stop, Twist};
 use find::{Finding, Found};
 use given::Given;
 use problem::Rigid;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use tally::Tally;
 
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
 pub struct SoftStep<S: Geometry> {
     solver: SoftSolver<S>,
     /// Faces of contact where the step began, in the order of their pairs, and the patch of each.
-    faces: Vec<Face<S>>,
-    patches: Vec<Patch<S>>,
+    met: Vec<Met<S>>,
+    patches: Patches<S>,
+    /// What the steps before saw of the patches that they had, and what this one saw of new ones.
+    before: Arc<Vec<Seen<S>>>,
+    fresh: Vec<Seen<S>>,
+    /// Places of faces that nothing is remembered of, and room for a list of those seen.
+    forgotten: Vec<u32>,
+    spare: Vec<Seen<S>>,
+    /// Their coefficients.
+    kinds: Vec<Coefficients>,
     tally: Tally,
     found: Memory<Found<S>>,
     /// The faces' points as touches, made when asked for.
@@ -66,11 +75,10 @@ pub struct SoftStep<S: Geometry> {
     start: Vec<Twist<S>>,
     /// What free rotation adds to the spin at the step's end.
     after: Vec<S::Spin>,
-    /// Room for what workers find: the bodies' records, their velocities after the step's impulses, poses at its end, energies.
+    /// Room for what workers find: the bodies' records, their velocities after the step's impulses and poses at its end, with their energies.
     records: Vec<SoftBody<S>>,
-    kicked: Vec<Twist<S>>,
-    ends: Vec<Pose<S>>,
-    energies: (Vec<usize>, Memory<Vec<Energy>>),
+    kicked: Vec<(Twist<S>, Energy)>,
+    ends: Vec<(Pose<S>, Energy)>,
     /// For which standing bodies, and which sleeping ones, the columns over all bodies hold what does not change.
     made_for: Option<(u64, u64)>,
     /// The loads are zeros.
@@ -93,8 +101,13 @@ impl<S: Geometry> Default for SoftStep<S> {
     fn default() -> Self {
         SoftStep {
             solver: SoftSolver::default(),
-            faces: Vec::new(),
-            patches: Vec::new(),
+            met: Vec::new(),
+            patches: Patches::default(),
+            before: Arc::default(),
+            fresh: Vec::new(),
+            forgotten: Vec::new(),
+            spare: Vec::new(),
+            kinds: Vec::new(),
             tally: Tally::default(),
             found: Memory::default(),
             touches: OnceLock::new(),
@@ -106,7 +119,6 @@ impl<S: Geometry> Default for SoftStep<S> {
             records: Vec::new(),
             kicked: Vec::new(),
             ends: Vec::new(),
-            energies: Default::default(),
             made_for: None,
             quiet: false,
             loads: Vec::new(),
@@ -125,45 +137,77 @@ impl<S: Geometry> SoftStep<S> {
         &mut self,
         narrow_phase: &mut NarrowPhase<S>,
         ahead: Ahead<'_, S>,
-        before: &[PatchForce<S>],
+        before: &PatchList<S>,
     ) {
         self.touches = OnceLock::new();
-        let (mut faces, mut patches) = (std::mem::take(&mut self.faces), std::mem::take(&mut self.patches));
-        faces.clear();
-        patches.clear();
+        // the list that the step before last began with is nobody's now, as a rule
+        let old = std::mem::replace(&mut self.before, before.seen.clone());
+        if let Ok(list) = Arc::try_unwrap(old)
+            && list.capacity() > self.spare.capacity()
+        {
+            self.spare = list;
+        }
+        self.met.clear();
+        self.fresh.clear();
+        self.kinds.clear();
+        self.patches.clear();
         let h = substep(ahead.settings, ahead.dt) as f32;
         let finding = Finding { ahead, before, h };
+        let (met, patches) = (&mut self.met, &mut self.patches);
+        let (fresh, kinds) = (&mut self.fresh, &mut self.kinds);
         let mut tally = Tally::default();
         narrow_phase.search(&ahead, &finding, &mut self.found, |found| {
             tally.join(&found.tally);
-            take(&mut found.faces, &mut faces);
-            take(&mut found.patches, &mut patches);
+            if !kinds.is_empty() {
+                for met in &mut found.met {
+                    met.kind += kinds.len() as u32;
+                    met.seen += if met.again { 0 } else { fresh.len() as u32 };
+                }
+            }
+            take(&mut found.kinds, kinds);
+            take(&mut found.met, met);
+            take(&mut found.fresh, fresh);
+            patches.take(&mut found.patches);
         });
-        (self.faces, self.patches, self.tally) = (faces, patches, tally);
+        self.tally = tally;
     }
 
     /// Drops the faces of bodies that sleep.
     pub(crate) fn leave_sleepers(&mut self, bodies: &Bodies<S>) {
-        let wakes = |face: &Face<S>| !bodies.is_asleep(face.a as usize) && !bodies.is_asleep(face.b as usize);
-        let mut kept = self.faces.iter().map(wakes);
-        self.patches.retain(|_| kept.next() == Some(true));
-        self.faces.retain(wakes);
+        let wakes = |met: &Met<S>| !bodies.is_asleep(met.a as usize) && !bodies.is_asleep(met.b as usize);
+        let stay: Vec<bool> = self.met.iter().map(wakes).collect();
+        self.patches.retain(|k| stay[k]);
+        self.met.retain(wakes);
         self.tally = Tally::default();
-        self.faces.iter().for_each(|face| self.tally.add(face));
+        for met in &self.met {
+            self.tally.add(met, &self.kinds[met.kind as usize]);
+        }
     }
 
-    /// Faces of contact where the step began.
-    pub(crate) fn faces(&self) -> &[Face<S>] {
-        &self.faces
+    /// Bodies of the faces of contact where the step began.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.met.iter().map(|met| met.pair())
+    }
+
+    /// What was seen of a face when its pair was looked at.
+    fn seen(&self, met: &Met<S>) -> &Seen<S> {
+        &self.seen_in(met.again)[met.seen as usize]
+    }
+
+    /// What was seen of faces whose points are used again, or of the others.
+    fn seen_in(&self, again: bool) -> &[Seen<S>] {
+        if again { &self.before } else { &self.fresh }
+    }
+
+    /// The faces.
+    fn faces(&self) -> impl Iterator<Item = Face<S>> {
+        (0..self.met.len()).map(|k| self.face(k))
     }
 
     /// Their points as touches.
     pub(crate) fn touches(&self) -> &[Touch<S>] {
-        let of_face = |face: &Face<S>| {
-            let face = *face;
-            (0..face.len()).map(move |k| face.touch(k))
-        };
-        self.touches.get_or_init(|| self.faces.iter().flat_map(of_face).collect())
+        let of_face = |face: Face<S>| (0..face.len()).map(move |k| face.touch(k));
+        self.touches.get_or_init(|| self.faces().flat_map(of_face).collect())
     }
 
     /// How many points they have, and the smallest gap \[m\] with its bodies.
@@ -171,7 +215,7 @@ impl<S: Geometry> SoftStep<S> {
         (self.tally.points, self.tally.deepest)
     }
 
-    /// Advances all bodies by one step that has begun, whose faces were found, from the patches of the step before.
+    /// Advances all bodies by one step that has begun, whose faces were found.
     ///
     /// # Errors
     /// [`StepError`] for what the scheme has no law for, for loads that fail, and for a step that is less accurate than
@@ -179,19 +223,18 @@ impl<S: Geometry> SoftStep<S> {
     pub fn advance(
         &mut self,
         bodies: &mut Bodies<S>,
-        before: &[PatchForce<S>],
         settings: &Settings<S>,
         step: &Step<S>,
         outside: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
+        self.make_room(bodies);
+        self.rigid.begin(bodies, step);
         refuse(bodies, &self.tally, step.time)?;
         let workers = outside.workers;
         let mut report = SchemeReport::default();
-        self.make_room(bodies);
         self.turn_freely(bodies, settings, step, &mut report.ledger);
         let choice = choice(settings, step);
-        self.rigid.begin(bodies, step);
         self.gather(bodies, step, &choice, workers);
         self.solver.advance(&mut self.patches, self.obstacles, &choice, workers);
         let told = self.solver.told();
@@ -199,10 +242,11 @@ impl<S: Geometry> SoftStep<S> {
         self.judge(&report.contact_solve, settings, step.time)?;
         report.ledger.contact_normal += told.pressing_work;
         report.ledger.friction += told.rubbing_work;
-        self.kick(bodies, step, &mut report.ledger, workers);
-        self.move_on(bodies, step, &mut report.ledger, workers);
+        let kicked = self.kick(bodies, step, &mut report.ledger, workers);
+        let energy = self.move_on(bodies, step, (&mut report.ledger, kicked), workers);
+        report.energy = (!bodies.may_be_damped()).then_some(energy);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
-        self.remember(bodies, before, warm, &choice);
+        self.remember(warm, &choice);
         Ok(report)
     }
 
@@ -317,18 +361,27 @@ impl<S: Geometry> SoftStep<S> {
     }
 
     /// Velocities after all impulses of the step, at the places where it began; every joule booked by the kick identity,
-    /// the contacts' own by the solver.
-    fn kick(&mut self, bodies: &mut Bodies<S>, step: &Step<S>, ledger: &mut Ledger, workers: &Workers) {
+    /// the contacts' own by the solver. Tells the energy of that.
+    fn kick(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        step: &Step<S>,
+        ledger: &mut Ledger,
+        workers: &Workers,
+    ) -> Energy {
         let mut kicked = std::mem::take(&mut self.kicked);
-        kicked.resize(bodies.movers().len(), Twist::default());
+        kicked.resize(bodies.movers().len(), Default::default());
         workers.each(&mut kicked, motion::BODIES, |first, kicked| {
             for (to, i) in kicked.iter_mut().zip(&bodies.movers()[first..]) {
-                if bodies.is_dynamic(*i as usize) {
-                    *to = self.kicked(bodies, *i as usize, step);
+                let i = *i as usize;
+                if bodies.is_dynamic(i) {
+                    to.0 = self.kicked(bodies, i, step);
+                    to.1 = Energy::of_motion(bodies, i, (&bodies.motion.pose(i), &to.0), step.gravity);
                 }
             }
         });
-        for (k, after) in kicked.iter().enumerate() {
+        let mut energy = Energy::default();
+        for (k, (after, own)) in kicked.iter().enumerate() {
             let i = bodies.movers()[k] as usize;
             if !bodies.is_dynamic(i) {
                 continue;
@@ -342,15 +395,18 @@ impl<S: Geometry> SoftStep<S> {
                 ledger.applied += self.loads[i].torque.dot(turn);
             }
             bodies.motion.set_twist(i, after);
+            energy.add(*own);
         }
+        energy.add_asleep(bodies, step.gravity);
         self.kicked = kicked;
         ledger.driven += self.driven(bodies);
         if self.accounts.are_kept() {
             let after: Vec<Twist<S>> = (0..bodies.len()).map(|i| bodies.motion.twist(i)).collect();
-            let (problem, impulses, _) = self.rigid.get(bodies, self.solution());
+            let (problem, impulses, _) = self.rigid.get(bodies, || self.solution());
             self.accounts.loads(bodies, (&self.start, &after), step.dt, step.gravity, &self.loads);
             self.accounts.kick(bodies, problem, impulses, (&self.start, &after), |_| Cause::Contact);
         }
+        energy
     }
 
     /// Work that moving obstacles did \[J\]; it is part of the contacts' lines.
@@ -359,25 +415,25 @@ impl<S: Geometry> SoftStep<S> {
         if !bodies.movers().iter().any(|i| moves(*i as usize)) {
             return 0.0;
         }
-        let of_face = |(k, face): (usize, &Face<S>)| {
-            let (a, b) = face.pair();
+        let of_face = |(k, (a, b)): (usize, (usize, usize))| {
             if !moves(a) && !moves(b) {
                 return 0.0;
             }
-            let given = Given::of(face, &self.solver.result(k));
+            let given = Given::of(&self.face(k), &self.solver.result(k));
             let work = |i: usize| given.work(self.rigid.position[i], &self.start[i]);
             (if moves(b) { work(b) } else { 0.0 }) - (if moves(a) { work(a) } else { 0.0 })
         };
-        self.faces.iter().enumerate().map(of_face).sum()
+        self.pairs().enumerate().map(of_face).sum()
     }
 
     /// The step's rigid contact problem, the impulses that the springs gave over it, and the touch of each contact.
     pub fn contact(&self, bodies: &Bodies<S>) -> problem::Told<'_, S> {
-        self.rigid.get(bodies, self.solution())
+        self.rigid.get(bodies, || self.solution())
     }
 
     fn solution(&self) -> problem::Solution<'_, S> {
-        problem::Solution { solver: &self.solver, faces: &self.faces, start: &self.start, loads: &self.loads }
+        let faces = self.faces().collect();
+        problem::Solution { solver: &self.solver, faces, start: &self.start, loads: &self.loads }
     }
 }
 
@@ -425,16 +481,21 @@ fn refuse<S: Geometry>(bodies: &Bodies<S>, tally: &Tally, time: f64) -> Result<(
 }
 
 impl<S: Geometry> SoftStep<S> {
-    /// Moves the poses by what the lanes moved them, and books what that did to the energy.
-    fn move_on(&mut self, bodies: &mut Bodies<S>, step: &Step<S>, ledger: &mut Ledger, workers: &Workers) {
-        let before = Energy::shared(bodies, step.gravity, workers, &mut self.energies);
+    /// Moves the poses by what the lanes moved them, and books what that did to the energy, which it tells.
+    fn move_on(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        step: &Step<S>,
+        (ledger, before): (&mut Ledger, Energy),
+        workers: &Workers,
+    ) -> Energy {
         let marks = self.accounts.marks(bodies, step.gravity);
-        self.displace(bodies, step, workers);
-        let after = Energy::shared(bodies, step.gravity, workers, &mut self.energies);
+        let after = self.displace(bodies, step, workers);
         ledger.integrator += after.total() - before.total() + ledger.gravity;
         self.accounts.moved(&marks, bodies, step.gravity, crate::observe::accounts::Motive::Integrator);
         for account in &mut self.accounts.of_bodies {
             account.energy.integrator += account.energy.gravity;
         }
+        after
     }
 }

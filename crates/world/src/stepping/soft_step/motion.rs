@@ -5,7 +5,7 @@
 use super::SoftStep;
 use super::face::NONE;
 use crate::bodies::Bodies;
-use crate::integrate::{Step, turn_freely, turns_steadily};
+use crate::integrate::{Step, slow_rotation, turn_freely, turns_steadily};
 use crate::observe::accounts::Motive;
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
@@ -41,27 +41,41 @@ impl<S: Geometry> SoftStep<S> {
         step: &Step<S>,
         ledger: &mut Ledger,
     ) {
+        if S::SPIN > 1 {
+            self.turn_tumbling(bodies, settings, step, ledger);
+        }
+        for i in bodies.movers().iter().map(|i| *i as usize) {
+            self.start[i] = bodies.motion.twist(i);
+        }
+    }
+
+    /// The same where bodies can tumble, which those of the plane do not.
+    fn turn_tumbling(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        settings: &Settings<S>,
+        step: &Step<S>,
+        ledger: &mut Ledger,
+    ) {
         let tumbles = |bodies: &Bodies<S>, i: usize| {
             bodies.motion.angular_velocity[i] != S::Spin::ZERO && !turns_steadily(bodies, i)
         };
         for i in bodies.movers().iter().map(|i| *i as usize) {
             self.after[i] = S::Spin::ZERO;
         }
-        if bodies.movers().iter().any(|i| tumbles(bodies, *i as usize)) {
-            let before = Energy::of(bodies, step.gravity);
-            let marks = self.accounts.marks(bodies, step.gravity);
-            for k in 0..bodies.movers().len() {
-                let i = bodies.movers()[k] as usize;
-                if tumbles(bodies, i) {
-                    self.after[i] = mean_spin(bodies, settings, i, step.dt);
-                }
+        if !bodies.movers().iter().any(|i| tumbles(bodies, *i as usize)) {
+            return;
+        }
+        let marks = self.accounts.marks(bodies, step.gravity);
+        for k in 0..bodies.movers().len() {
+            let i = bodies.movers()[k] as usize;
+            if tumbles(bodies, i) {
+                let before = bodies.rotational_energy(i);
+                self.after[i] = mean_spin(bodies, settings, i, step.dt);
+                ledger.integrator += bodies.rotational_energy(i) - before;
             }
-            ledger.integrator += Energy::of(bodies, step.gravity).total() - before.total();
-            self.accounts.moved(&marks, bodies, step.gravity, Motive::Integrator);
         }
-        for i in bodies.movers().iter().map(|i| *i as usize) {
-            self.start[i] = bodies.motion.twist(i);
-        }
+        self.accounts.moved(&marks, bodies, step.gravity, Motive::Integrator);
     }
 
     /// Records of all bodies that touch something, and their numbers in the patches.
@@ -81,8 +95,8 @@ impl<S: Geometry> SoftStep<S> {
         self.obstacles = 1;
         // one record serves all obstacles at rest; its name in reports is the last one's
         let mut resting = None;
-        for face in &self.faces {
-            for i in [face.a as usize, face.b as usize] {
+        for met in &self.met {
+            for i in [met.a as usize, met.b as usize] {
                 self.record_of[i] = 0;
                 if !bodies.is_dynamic(i) && self.start[i] == Twist::default() {
                     resting = resting.max(Some(i as u32));
@@ -106,10 +120,9 @@ impl<S: Geometry> SoftStep<S> {
                 self.obstacles = self.body_of.len() as u32;
             }
         }
-        for (patch, face) in self.patches.iter_mut().zip(&self.faces) {
-            patch.a = self.record_of[face.a as usize];
-            patch.b = self.record_of[face.b as usize];
-        }
+        let record = |i: u32| self.record_of[i as usize];
+        self.patches.pairs.clear();
+        self.patches.pairs.extend(self.met.iter().map(|met| (record(met.a), record(met.b))));
         let h = step.dt / choice.substeps as f64;
         let mut records = std::mem::take(&mut self.records);
         let record = |i: u32| self.record(bodies, i as usize, step, h);
@@ -166,21 +179,31 @@ impl<S: Geometry> SoftStep<S> {
         Twist { linear, angular }
     }
 
-    /// Moves all poses to the step's end.
-    pub(super) fn displace(&mut self, bodies: &mut Bodies<S>, step: &Step<S>, workers: &Workers) {
+    /// Moves all poses to the step's end, and tells the energy there.
+    pub(super) fn displace(&mut self, bodies: &mut Bodies<S>, step: &Step<S>, workers: &Workers) -> Energy {
         let mut ends = std::mem::take(&mut self.ends);
-        ends.resize(bodies.movers().len(), Pose::default());
+        ends.resize(bodies.movers().len(), Default::default());
         workers.each(&mut ends, BODIES, |first, ends| {
             for (to, i) in ends.iter_mut().zip(&bodies.movers()[first..]) {
-                *to = self.end(bodies, *i as usize, step);
+                let i = *i as usize;
+                to.0 = self.end(bodies, i, step);
+                let Twist { linear, angular } = bodies.motion.twist(i);
+                let twist = Twist { linear, angular: angular + self.after[i] };
+                to.1 = Energy::of_motion(bodies, i, (&to.0, &twist), step.gravity);
             }
         });
-        for (k, end) in ends.iter().enumerate() {
+        let mut energy = Energy::default();
+        for (k, (end, own)) in ends.iter().enumerate() {
             let i = bodies.movers()[k] as usize;
             (bodies.motion.position[i], bodies.motion.rotation[i]) = (end.position, end.rotation);
             bodies.motion.angular_velocity[i] += self.after[i];
+            if bodies.is_dynamic(i) {
+                energy.add(*own);
+            }
         }
+        energy.add_asleep(bodies, step.gravity);
         self.ends = ends;
+        energy
     }
 
     /// Pose of a body at the step's end.
@@ -212,6 +235,10 @@ impl<S: Geometry> SoftStep<S> {
 
 /// Sets a body's spin to the mean of its free motion over a step and returns what the free motion adds at the end.
 fn mean_spin<S: Geometry>(bodies: &mut Bodies<S>, settings: &Settings<S>, i: usize, dt: f64) -> S::Spin {
+    if let Some((mean, end)) = slow_rotation(bodies, i, dt) {
+        bodies.motion.angular_velocity[i] = mean;
+        return end - mean;
+    }
     let (rotation, spin) = (bodies.motion.rotation[i], bodies.motion.angular_velocity[i]);
     turn_freely(settings.integrator, bodies, i, dt);
     let end = bodies.motion.angular_velocity[i];

@@ -1,104 +1,98 @@
 //! Patches of faces, about the mean of their points, with the forces that they had; and back: what is remembered of a step.
 
 use super::SoftStep;
-use super::face::{Face, NONE};
+use super::face::{Face, Laid};
 use super::memory::{PatchForce, Seen};
 use super::motion::narrow;
-use crate::bodies::Bodies;
+use crate::ahead::{Couple, Mover};
+use crate::material::Coefficients;
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
-use carom_math::{Column, Rotation, Several};
-use carom_solver::soft::{Patch, PatchPoint, PatchResult, SoftChoice};
+use carom_math::{Column, Several};
+use carom_solver::soft::{Last, Patch, Rare, SoftChoice};
+use std::ops::Range;
+use std::sync::Arc;
 
-/// A face's patch without impulses; its records are not known yet.
-#[inline]
-pub(super) fn patch_of<S: Geometry>(bodies: &Bodies<S>, face: &Face<S>) -> Patch<S> {
-    let (n, normal, centre) = (face.len(), face.normal, face.centre());
-    let mut tangents = [normal; 2];
-    for (k, tangent) in tangents.iter_mut().enumerate().take(S::SLIP) {
-        *tangent = S::tangent(normal, k);
-    }
-    let apart = PatchPoint { place: S::Slips::all(0.0), gap: f32::INFINITY, impulse: 0.0 };
-    let mut points: S::Points<PatchPoint<S>> = S::Points::all(apart);
-    let mut lever = 0.0;
-    for i in 0..n {
-        let from_centre = face.points[i] - centre;
-        lever += from_centre.norm() / n as f64;
-        for (k, tangent) in tangents.iter().enumerate().take(S::SLIP) {
-            points[i].place[k] = from_centre.dot(*tangent) as f32;
-        }
-        points[i].gap = face.gaps[i] as f32;
-    }
-    let ((a, b), c) = (face.pair(), &face.coefficients);
-    Patch {
-        a: NONE,
-        b: NONE,
-        normal: narrow(normal),
-        arm_a: narrow(centre - bodies.motion.position[a]),
-        arm_b: narrow(centre - bodies.motion.position[b]),
-        friction: c.friction as f32,
-        rolling: c.rolling as f32,
-        twisting: (c.friction * lever + c.spinning) as f32,
-        restitution: c.restitution as f32,
-        points,
-        rubbing: S::Spins::all(0.0),
-        rolling_moment: S::Slips::all(0.0),
-    }
-}
-
-/// Starts a patch whose points are used again from the forces that they had.
-pub(super) fn start_again<S: Geometry>(patch: &mut Patch<S>, face: &Face<S>, force: &PatchForce<S>, h: f32) {
-    for i in 0..face.len() {
-        patch.points[i].impulse = force.normal[i] as f32 * h;
-    }
-    start_rubbing(patch, face.normal, force, h);
-}
-
-/// Starts a patch from the forces that its points had; friction comes from the remembered patch of the first point that is
-/// known, unless a face of the same pair took it.
-pub(super) fn start_from<S: Geometry>(
+/// Writes a patch with the normal forces of its points and the friction that it starts from.
+#[inline(always)]
+pub(super) fn write_patch<S: Geometry>(
     patch: &mut Patch<S>,
-    face: &Face<S>,
-    others: &[Face<S>],
-    before: &[PatchForce<S>],
+    (couple, laid): (&Couple<'_, S>, &Laid<S>),
+    c: &Coefficients,
+    (force, rubbing): (impl Fn(usize) -> f64, Option<&PatchForce<S>>),
     h: f32,
 ) {
-    for i in 0..face.len() {
-        for force in before {
-            if let Some(at) = force.names().iter().position(|x| *x == face.ids[i]) {
-                patch.points[i].impulse = force.normal[at] as f32 * h;
-            }
+    let (n, tangents) = (laid.count, &laid.tangents);
+    let arm = |mover: &Mover<S>| narrow(laid.centre - mover.position);
+    patch.set_place(narrow(laid.normal), arm(couple.a), arm(couple.b));
+    let mut lever = 0.0_f32;
+    for i in 0..S::Points::<f64>::LEN {
+        if i >= n {
+            continue;
+        }
+        // points lie across the normal
+        lever += laid.places[i].slice().iter().map(|x| x * x).sum::<f32>().sqrt();
+        patch.set_point(i, laid.places[i], laid.gaps[i] as f32);
+        patch.press(i, force(i) as f32 * h);
+    }
+    let lever = if S::SPIN > S::SLIP { lever / n as f32 } else { 0.0 };
+    patch.set_friction(c.friction as f32, c.friction as f32 * lever + c.spinning as f32);
+    if let Some(force) = rubbing {
+        for m in 0..S::SLIP {
+            let along = (0..S::DIM).map(|c| tangents[m][c] * force.friction[c]).sum::<f64>();
+            patch.rub(m, along as f32 * h);
+        }
+        if S::SPIN > S::SLIP {
+            patch.rub(S::SLIP, force.twist as f32 * h);
         }
     }
-    let Some(k) = source(face, before).filter(|k| *k < 64) else { return };
-    if !others.iter().any(|other| source(other, before) == Some(k)) {
-        start_rubbing(patch, face.normal, &before[k], h);
-    }
 }
 
-/// The remembered patch of the first point that is known.
-fn source<S: Geometry>(face: &Face<S>, before: &[PatchForce<S>]) -> Option<usize> {
-    let known = |id: &u64| before.iter().position(|force| force.names().contains(id));
-    face.ids.slice()[..face.len()].iter().find_map(known)
-}
-
-/// Friction and rolling friction to start from.
+/// What a patch needs and few do.
 #[inline]
-fn start_rubbing<S: Geometry>(patch: &mut Patch<S>, normal: S::Vector, force: &PatchForce<S>, h: f32) {
-    for m in 0..S::SLIP {
-        let tangent = S::tangent(normal, m);
-        let along = (0..S::DIM).map(|c| tangent[c] * force.friction[c]).sum::<f64>();
-        patch.rubbing[m] = along as f32 * h;
-    }
-    if patch.rolling > 0.0 {
+pub(super) fn rare_of<S: Geometry>(
+    normal: S::Vector,
+    c: &Coefficients,
+    rubbing: Option<&PatchForce<S>>,
+    h: f32,
+) -> Rare<S> {
+    let mut rare: Rare<S> =
+        Rare { restitution: c.restitution as f32, rolling: c.rolling as f32, ..Rare::none() };
+    if let Some(force) = rubbing.filter(|_| rare.rolling > 0.0) {
         for m in 0..S::SLIP {
             let axis = rolling_axis::<S>(normal, m);
             let about = (0..S::SPIN).map(|c| axis[c] * force.rolling[c]).sum::<f64>();
-            patch.rolling_moment[m] = about as f32 * h;
+            rare.rolling_moment[m] = about as f32 * h;
         }
     }
-    if S::SPIN > S::SLIP {
-        patch.rubbing[S::SLIP] = force.twist as f32 * h;
+    rare
+}
+
+/// The patches that a pair had in the step before, with their forces.
+#[derive(Clone, Copy)]
+pub(super) struct Known<'a, S: Geometry> {
+    pub seen: &'a [Seen<S>],
+    pub forces: &'a [PatchForce<S>],
+}
+
+impl<'a, S: Geometry> Known<'a, S> {
+    /// Normal force of a point by its name \[N\]; 0 where it is new.
+    pub fn normal(&self, name: u64) -> f64 {
+        let at = |seen: &Seen<S>| seen.names().iter().position(|x| *x == name);
+        let all = self.seen.iter().zip(self.forces);
+        all.filter_map(|(seen, force)| at(seen).map(|at| force.normal[at])).last().unwrap_or(0.0)
+    }
+
+    /// Whose friction a new patch starts from: that of the first of its points that is known, unless another patch of the pair took it.
+    pub fn friction(&self, patch: &Seen<S>, others: &[Seen<S>]) -> Option<&'a PatchForce<S>> {
+        let k = self.source(patch).filter(|k| *k < 64)?;
+        (!others.iter().any(|other| self.source(other) == Some(k))).then(|| &self.forces[k])
+    }
+
+    /// The patch that had the first point that is known.
+    fn source(&self, patch: &Seen<S>) -> Option<usize> {
+        let known = |id: &u64| self.seen.iter().position(|seen| seen.names().contains(id));
+        patch.names().iter().find_map(known)
     }
 }
 
@@ -113,80 +107,104 @@ pub(super) fn rolling_axis<S: Geometry>(normal: S::Vector, k: usize) -> S::Spin 
 }
 
 impl<S: Geometry> SoftStep<S> {
-    /// Keeps the last substep's impulses as forces.
-    pub(super) fn remember(
-        &mut self,
-        bodies: &Bodies<S>,
-        before: &[PatchForce<S>],
-        warm: &mut WarmStart<S>,
-        choice: &SoftChoice,
-    ) {
+    /// Keeps the last substep's impulses as forces, and what was seen of their patches for the next step.
+    pub(super) fn remember(&mut self, warm: &mut WarmStart<S>, choice: &SoftChoice) {
         warm.clear();
-        warm.patches.reserve(self.faces.len());
-        let rate = 1.0 / f64::from(choice.h);
-        for (k, face) in self.faces.iter().enumerate() {
-            let told = self.solver.result(k);
-            // a face that bears nothing is kept too: its points are used again
-            if face.len() < S::DIM && told.last.slice().iter().all(|x| *x == 0.0) {
+        let (rate, none) = (1.0 / f64::from(choice.h), PatchForce::zero());
+        let forces = &mut warm.patches.forces;
+        forces.reserve(self.met.len());
+        self.forgotten.clear();
+        let mut all_stand = self.met.len() == self.before.len();
+        for (k, met) in self.met.iter().enumerate() {
+            let last = self.solver.last(k);
+            all_stand &= met.again && met.seen as usize == k;
+            let points = usize::from(met.count);
+            // a face that bears nothing is kept too where its points can be used again: to look for them is what costs
+            let bears = || last.normal.slice().iter().any(|x| *x != 0.0);
+            if points < S::DIM && !met.is_angular && !bears() {
+                self.forgotten.push(k as u32);
                 continue;
             }
-            match before.get(face.again as usize) {
-                Some(known) => warm.patches.push(*known),
-                None => warm.patches.push(self.seen_first(bodies, face)),
-            }
-            if let Some(force) = warm.patches.last_mut() {
-                press(force, face, &told, rate);
+            let rolls = self.kinds[met.kind as usize].rolling > 0.0;
+            // written where it stays
+            forces.push(none);
+            if let Some(force) = forces.last_mut() {
+                press(force, (points, met.normal, rolls), &last, rate);
             }
         }
+        if all_stand && self.forgotten.is_empty() {
+            warm.patches.seen = self.before.clone();
+            return;
+        }
+        warm.patches.seen = Arc::new(self.list_of_seen());
     }
 
-    /// What is remembered of a face that was found anew.
-    fn seen_first(&self, bodies: &Bodies<S>, face: &Face<S>) -> PatchForce<S> {
-        let (a, b) = face.pair();
-        let (mut points, mut gaps) = (S::Points::all(S::Vector::ZERO), S::Points::all(0.0));
-        for i in 0..face.len() {
-            (points[i], gaps[i]) = (face.points[i], face.gaps[i]);
+    /// What was seen of all faces but the forgotten ones.
+    fn list_of_seen(&mut self) -> Vec<Seen<S>> {
+        let mut list = std::mem::take(&mut self.spare);
+        let Some(first) = self.before.first().or(self.fresh.first()) else { return list };
+        list.resize(self.met.len() - self.forgotten.len(), *first);
+        let mut to = 0;
+        let mut copy = |again: bool, run: Range<usize>| {
+            let end = to + run.len();
+            list[to..end].copy_from_slice(&self.seen_in(again)[run]);
+            to = end;
+        };
+        let mut forgotten = self.forgotten.iter().peekable();
+        let mut run = (true, 0..0);
+        for (k, met) in self.met.iter().enumerate() {
+            if forgotten.next_if(|f| **f as usize == k).is_some() {
+                continue;
+            }
+            // what follows in the same list is copied together
+            let place = met.seen as usize;
+            if (met.again, place) == (run.0, run.1.end) {
+                run.1.end += 1;
+            } else {
+                copy(run.0, run.1);
+                run = (met.again, place..place + 1);
+            }
         }
-        let mut attitudes = [S::Turns::all(0.0); 2];
-        for (to, body) in attitudes.iter_mut().zip([a, b]) {
-            to.slice_mut().copy_from_slice(self.rigid.rotation[body].as_slice());
-        }
-        let places = [self.rigid.position[a], self.rigid.position[b]];
-        let seen = Seen { normal: face.normal, points, gaps, places, attitudes };
-        PatchForce {
-            pair: (bodies.data[a].serial, bodies.data[b].serial),
-            count: face.len(),
-            ids: face.ids,
-            normal: S::Points::all(0.0),
-            friction: S::Vector::ZERO,
-            twist: 0.0,
-            rolling: S::Spin::ZERO,
-            seen,
-        }
+        copy(run.0, run.1);
+        list
+    }
+
+    /// One of the step's faces.
+    pub(super) fn face(&self, k: usize) -> Face<S> {
+        let met = &self.met[k];
+        let place = |i: usize| (self.rigid.position[i], self.rigid.rotation[i]);
+        Face::of(met, self.seen(met), self.kinds[met.kind as usize], place)
     }
 }
 
-/// Writes a patch's last impulses as forces.
-#[inline]
-fn press<S: Geometry>(force: &mut PatchForce<S>, face: &Face<S>, told: &PatchResult<S>, rate: f64) {
-    for i in 0..face.len() {
-        force.normal[i] = f64::from(told.last[i]) * rate;
-    }
-    (force.friction, force.rolling) = (S::Vector::ZERO, S::Spin::ZERO);
-    for m in 0..S::SLIP {
-        let tangent = S::tangent(face.normal, m);
-        for c in 0..S::DIM {
-            force.friction[c] += tangent[c] * f64::from(told.last_rubbing[m]) * rate;
+/// Writes a patch's last impulses as forces into one without any.
+#[inline(always)]
+fn press<S: Geometry>(
+    force: &mut PatchForce<S>,
+    (points, normal, rolls): (usize, S::Vector, bool),
+    last: &Last<S>,
+    rate: f64,
+) {
+    for i in 0..S::Points::<f64>::LEN {
+        if i < points {
+            force.normal[i] = f64::from(last.normal[i]) * rate;
         }
     }
-    let rolls = face.coefficients.rolling > 0.0;
+    let mut friction = S::Vector::ZERO;
+    for m in 0..S::SLIP {
+        let tangent = S::tangent(normal, m);
+        for c in 0..S::DIM {
+            friction[c] += tangent[c] * f64::from(last.rubbing[m]) * rate;
+        }
+    }
+    force.friction = friction;
     for m in (0..S::SLIP).filter(|_| rolls) {
-        let axis = rolling_axis::<S>(face.normal, m);
+        let axis = rolling_axis::<S>(normal, m);
         for c in 0..S::SPIN {
-            force.rolling[c] += axis[c] * f64::from(told.last_rolling[m]) * rate;
+            force.rolling[c] += axis[c] * f64::from(last.rolling[m]) * rate;
         }
     }
     if S::SPIN > S::SLIP {
-        force.twist = f64::from(told.last_rubbing[S::SLIP]) * rate;
+        force.twist = f64::from(last.rubbing[S::SLIP]) * rate;
     }
 }

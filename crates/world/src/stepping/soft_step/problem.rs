@@ -24,7 +24,7 @@ pub(crate) struct Solution<'a, S: Geometry> {
     /// The solver with its impulses.
     pub solver: &'a SoftSolver<S>,
     /// The faces of its patches.
-    pub faces: &'a [Face<S>],
+    pub faces: Vec<Face<S>>,
     /// Velocities at the start.
     pub start: &'a [Twist<S>],
     /// Applied loads.
@@ -88,8 +88,8 @@ impl<S: Geometry> Rigid<S> {
     }
 
     /// The problem and its impulses.
-    pub(crate) fn get(&self, bodies: &Bodies<S>, found: Solution<'_, S>) -> Told<'_, S> {
-        let (problem, impulses, pressed) = self.made.get_or_init(|| self.make(bodies, &found));
+    pub(crate) fn get<'a>(&self, bodies: &Bodies<S>, found: impl FnOnce() -> Solution<'a, S>) -> Told<'_, S> {
+        let (problem, impulses, pressed) = self.made.get_or_init(|| self.make(bodies, &found()));
         (problem, impulses, pressed)
     }
 
@@ -135,12 +135,12 @@ fn shares<S: Geometry>(face: &Face<S>, result: &PatchResult<S>) -> Vec<Impulse<S
     let n = face.len();
     let sum: f64 = (0..n).map(|i| f64::from(result.normal[i])).sum();
     let share = |i: usize| if sum > 0.0 { f64::from(result.normal[i]) / sum } else { 1.0 / n as f64 };
-    let frame = |k: usize| S::tangent(face.normal, k);
+    let frame = |k: usize| S::tangent(face.spots.normal, k);
     let mut centre = S::Vector::ZERO;
     let mut middle = S::Vector::ZERO;
     for i in 0..n {
-        centre += face.points[i] * share(i);
-        middle += face.points[i] * (1.0 / n as f64);
+        centre += face.spots.points[i] * share(i);
+        middle += face.spots.points[i] * (1.0 / n as f64);
     }
     let mut rub = S::Slip::ZERO;
     for k in 0..S::SLIP {
@@ -148,7 +148,7 @@ fn shares<S: Geometry>(face: &Face<S>, result: &PatchResult<S>) -> Vec<Impulse<S
     }
     // places along the tangents, from the centre of pressure
     let place = |point: S::Vector| S::Slip::from_fn(|k| (point - centre).dot(frame(k)));
-    let spread: f64 = (0..n).map(|i| share(i) * place(face.points[i]).norm_squared()).sum();
+    let spread: f64 = (0..n).map(|i| share(i) * place(face.spots.points[i]).norm_squared()).sum();
     let mut twist = 0.0;
     if S::SPIN > S::SLIP && spread > 0.0 {
         // friction acts at the middle of the points: its torque about the centre of pressure
@@ -156,7 +156,7 @@ fn shares<S: Geometry>(face: &Face<S>, result: &PatchResult<S>) -> Vec<Impulse<S
         twist = f64::from(result.rubbing[S::SLIP]) + off[0] * rub[1] - off[1] * rub[0];
     }
     let impulse = |i: usize| {
-        let at = place(face.points[i]);
+        let at = place(face.spots.points[i]);
         let tangent = S::Slip::from_fn(|k| {
             let turned = if twist == 0.0 { 0.0 } else { [-at[1], at[0]][k] * twist / spread };
             share(i) * (rub[k] + turned)

@@ -1,6 +1,7 @@
 //! What is counted of the faces of a step while they are found, so that nobody walks over them for it.
 
-use super::face::Face;
+use super::face::Met;
+use crate::material::Coefficients;
 use carom_geometry::Geometry;
 
 /// Sums over faces.
@@ -17,11 +18,12 @@ pub(super) struct Tally {
 impl Tally {
     /// Adds a face.
     #[inline]
-    pub fn add<S: Geometry>(&mut self, face: &Face<S>) {
-        let (a, b) = face.pair();
-        let turned = face.coefficients.tangential_restitution;
+    pub fn add<S: Geometry>(&mut self, met: &Met<S>, coefficients: &Coefficients) {
+        let (a, b) = met.pair();
+        let turned = coefficients.tangential_restitution;
         let turns_slip = (turned > 0.0).then_some((turned, a, b));
-        self.join(&Tally { points: face.len(), deepest: Some((face.deepest(), a, b)), turns_slip });
+        let points = usize::from(met.count);
+        self.join(&Tally { points, deepest: Some((met.deepest, a, b)), turns_slip });
     }
 
     /// Adds those of the faces that come next.
