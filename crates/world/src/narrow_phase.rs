@@ -141,6 +141,7 @@ pub struct NarrowPhase<S: Geometry> {
     pub(crate) workers: Workers,
     findings: Memory<Findings<S>>,
     places: Memory<Vec<Place<S>>>,
+    placed: Vec<Place<S>>,
 }
 
 impl<S: Geometry> NarrowPhase<S> {
@@ -310,7 +311,7 @@ impl<S: Geometry> NarrowPhase<S> {
             return some.iter().for_each(|k| self.place(*k as usize, ahead));
         }
         let (workers, mut places) = (self.workers.clone(), std::mem::take(&mut self.places));
-        let (known, mut all) = ((&self.movers, &self.colliders.0), some.iter());
+        let known = (&self.movers, &self.colliders.0);
         let find = |_, some: &[u32], places: &mut Vec<Place<S>>| {
             places.extend(some.iter().map(|k| {
                 let mut mover = known.0[*k as usize];
@@ -319,15 +320,13 @@ impl<S: Geometry> NarrowPhase<S> {
                 Place { mover, room }
             }));
         };
-        let mut found = Vec::with_capacity(some.len());
-        workers.chunks(some, CHUNK, &mut places, find, |places| found.append(places));
-        for place in found {
-            if let Some(k) = all.next() {
-                self.movers[*k as usize] = place.mover;
-                self.put(*k as usize, &place.room);
-            }
+        let mut placed = std::mem::take(&mut self.placed);
+        workers.chunks(some, CHUNK, &mut places, find, |found| placed.append(found));
+        for (place, k) in placed.drain(..).zip(some) {
+            self.movers[*k as usize] = place.mover;
+            self.put(*k as usize, &place.room);
         }
-        self.places = places;
+        (self.places, self.placed) = (places, placed);
     }
 
     /// Box, pose, speed and margin of a body.
@@ -357,7 +356,7 @@ impl<S: Geometry> Default for Colliders<S> {
     }
 }
 
-/// A body with a shape in its place.
+/// A body with a shape in its place, as workers find it.
 struct Place<S: Geometry> {
     mover: Mover<S>,
     room: Room<S>,

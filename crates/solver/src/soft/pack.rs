@@ -168,8 +168,8 @@ impl<S: Wide> Pack<S> {
     pub fn last<L: Lanes>(&self, lanes: L) -> [Eight; WIDTH] {
         let mut columns = [Real::all(lanes, 0.0); WIDTH];
         let points = <S::Points<f32> as Several<f32>>::LEN;
-        for i in 0..points {
-            columns[i] = Real::load(lanes, &self.points[i].impulse);
+        for (column, i) in columns.iter_mut().zip(0..points) {
+            *column = Real::load(lanes, &self.points[i].impulse);
         }
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
             columns[points + k] = Real::load(lanes, &self.rubbing[k]);

@@ -85,7 +85,6 @@ impl<S: Geometry> Together<S> {
     pub fn laid(&self, seen: &Seen<S>, count: usize) -> Laid<S> {
         let (then, back) = (seen.normal, self.against.map(|turn| turn.inverse()));
         let normal = self.turn.map_or(then, |turn| turn.rotate(then));
-        let lean = back.map_or(S::Vector::ZERO, |back| back.swing(then));
         let tangents = tangents_of::<S>(normal);
         let along = tangents.map(|tangent| {
             let tangent = self.turn.map_or(tangent, |turn| turn.unrotate(tangent));
@@ -93,9 +92,15 @@ impl<S: Geometry> Together<S> {
         });
         let mean = mean_of::<S>(&seen.points, count);
         let centre = self.along(mean + self.against(mean) * 0.5);
-        let shared = then.dot(self.by);
-        let gap = |i: usize| seen.gaps[i] + self.sign * (shared + lean.dot(seen.points[i] - self.smaller));
-        Laid::new((count, &seen.points), (normal, tangents), (mean, centre), along, gap)
+        Laid::new((count, &seen.points), (normal, tangents), (mean, centre), along, self.gaps(seen))
+    }
+
+    /// Its gaps now \[m\].
+    #[inline(always)]
+    fn gaps<'a>(&self, seen: &'a Seen<S>) -> impl Fn(usize) -> f64 + use<'a, S> {
+        let lean = self.against.map_or(S::Vector::ZERO, |turn| turn.inverse().swing(seen.normal));
+        let (shared, smaller, sign) = (seen.normal.dot(self.by), self.smaller, self.sign);
+        move |i| seen.gaps[i] + sign * (shared + lean.dot(seen.points[i] - smaller))
     }
 
     /// The points of a patch where they are now.
@@ -103,10 +108,12 @@ impl<S: Geometry> Together<S> {
         let normal = patch.normal;
         let mut spots = Spots::<S>::new(self.turn.map_or(normal, |turn| turn.rotate(normal)));
         spots.count = patch.names().len();
+        // what a report says is the smallest gap is that of a touch, bit for bit
+        let gaps = self.gaps(patch);
         for i in 0..spots.count {
             let point = patch.points[i];
             let by = self.against(point);
-            spots.gaps[i] = patch.gaps[i] + self.sign * normal.dot(by);
+            spots.gaps[i] = gaps(i);
             spots.points[i] = self.along(point + by * 0.5);
         }
         spots

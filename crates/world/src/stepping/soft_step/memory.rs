@@ -82,7 +82,9 @@ impl<S: Space> PatchList<S> {
     /// Forgets them.
     pub fn clear(&mut self) {
         self.forces.clear();
-        self.seen = Arc::default();
+        if !self.seen.is_empty() {
+            self.seen = Arc::default();
+        }
     }
     /// All of them.
     pub fn iter(&self) -> impl Iterator<Item = (&Seen<S>, &PatchForce<S>)> {

@@ -38,8 +38,8 @@ pub(super) fn write_patch<S: Geometry>(
     let lever = if S::SPIN > S::SLIP { lever / n as f32 } else { 0.0 };
     patch.set_friction(c.friction as f32, c.friction as f32 * lever + c.spinning as f32);
     if let Some(force) = rubbing {
-        for m in 0..S::SLIP {
-            let along = (0..S::DIM).map(|c| tangents[m][c] * force.friction[c]).sum::<f64>();
+        for (m, tangent) in tangents.iter().enumerate().take(S::SLIP) {
+            let along = (0..S::DIM).map(|c| tangent[c] * force.friction[c]).sum::<f64>();
             patch.rub(m, along as f32 * h);
         }
         if S::SPIN > S::SLIP {
