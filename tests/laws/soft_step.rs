@@ -1,5 +1,6 @@
 //! The scheme `soft_step`: what a fast scheme may not get wrong. Momentum, books that close to what f32 can carry, friction
-//! in the true direction and of the true size, flight as exact as anywhere, trajectories that a snapshot continues.
+//! in the true direction and of the true size, flight as exact as anywhere, trajectories that a snapshot continues. Long because
+//! one scheme's laws are read together.
 
 use crate::harness::*;
 use carom::{

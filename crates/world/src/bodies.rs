@@ -297,6 +297,11 @@ impl<S: Geometry> Bodies<S> {
         known.filter(|d| d.shape.as_ref() == Some(shape)).find_map(|d| d.collider.clone())
     }
 
+    /// Shares nothing with the bodies there are: their shapes may be written by somebody.
+    pub(crate) fn forget_shapes(&mut self) {
+        self.shapes.clear();
+    }
+
     /// Removes a body; those after it move up by one.
     ///
     /// # Errors

@@ -209,6 +209,7 @@ impl<S: Geometry> World<S> {
     /// The bodies, for whatever else may be changed; wakes all that sleep.
     pub fn bodies_mut(&mut self) -> &mut Bodies<S> {
         self.wake_all();
+        self.bodies.forget_shapes();
         self.written_bodies(Written::All)
     }
     /// Index of a named body.
