@@ -158,6 +158,9 @@ impl Rotation<Vec2, Vec1> for Turn {
     }
 }
 
+/// Square of an angle below which cosine and sine of half of it are 1 and that half, to rounding \[rad^2\].
+const SLIGHT: f64 = 1e-17;
+
 /// Rotation of space, unit quaternion [w, x, y, z].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[repr(transparent)]
@@ -258,7 +261,11 @@ impl Rotation<Vec3, Vec3> for Quaternion {
     }
     fn about(s: Vec3) -> Self {
         let [x, y, z] = s.0;
-        let angle = (x * x + y * y + z * z).sqrt();
+        let square = x * x + y * y + z * z;
+        if square < SLIGHT {
+            return Quaternion([1.0, 0.5 * x, 0.5 * y, 0.5 * z]);
+        }
+        let angle = square.sqrt();
         let (sine, cosine) = libm::sincos(0.5 * angle);
         // sin(a/2)/a near zero by its series, which is exact to rounding below 1e-4
         let k = if angle < 1e-4 { 0.5 - angle * angle / 48.0 } else { sine / angle };

@@ -5,7 +5,7 @@ use crate::methods::{
     apgd::Apgd, auto, direct::Direct, enumeration::Enumeration, lemke::Lemke, nncg::Nncg,
     on_bodies::OnBodies, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential,
 };
-use crate::outcome::{IslandReport, Outcome, Stop};
+use crate::outcome::{AtOnce, Outcome, Stop};
 use crate::prepared::PreparedContact;
 use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
 use crate::residual::residual;
@@ -141,7 +141,7 @@ pub trait ImpulseSolver<S: Space>: Send {
         _bodies: (&[InverseMass<S>; 2], &[Twist<S>; 2]),
         _law: FrictionLaw,
         _settings: &SolveSettings,
-    ) -> Option<(Impulse<S>, Option<IslandReport>)> {
+    ) -> Option<(Impulse<S>, Option<AtOnce>)> {
         None
     }
     /// Solves in place: `impulses` is the warm start on entry and the answer on return.

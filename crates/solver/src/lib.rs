@@ -39,7 +39,7 @@ pub use friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Sta
 pub use friction_solver_kind::FrictionSolverKind;
 pub use impulse_solver::{Content, ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
 pub use islands::{Islands, Part, Partition};
-pub use outcome::{IslandReport, Outcome, StageReport, Stages, Stop};
+pub use outcome::{AtOnce, IslandReport, Outcome, StageReport, Stages, Stop};
 pub use problem::{
     BoundedRow, Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, ProblemError, Twist,
 };

@@ -118,6 +118,39 @@ pub struct IslandReport {
     pub stages: Stages,
 }
 
+/// How an island of one contact was solved at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtOnce {
+    /// The solver that had the impulse in closed form.
+    pub solver: SolverKind,
+    /// What the impulse leaves; entries are counted within the island.
+    pub residual: Residual,
+}
+
+impl AtOnce {
+    /// The only stage.
+    pub fn stages(&self) -> Stages {
+        let (solver, residual, stop) = (self.solver, self.residual.absolute, Stop::Converged);
+        Stages::One([StageReport { solver, iterations: AtOnce::ITERATIONS, factorisations: 0, residual, stop }])
+    }
+    /// Iterations that it counts as.
+    pub const ITERATIONS: usize = 1;
+    /// The report of the island, which has so many movable bodies, the first of this index.
+    pub fn island(&self, bodies: usize, first_body: usize, worst: Option<Entry>) -> IslandReport {
+        IslandReport {
+            contacts: 1,
+            rows: 0,
+            bodies,
+            first_body,
+            residual: self.residual.absolute,
+            relative_residual: self.residual.relative,
+            worst,
+            strict_feasibility: None,
+            stages: self.stages(),
+        }
+    }
+}
+
 impl IslandReport {
     /// Iterations of all stages.
     pub fn iterations(&self) -> usize {

@@ -81,7 +81,19 @@ pub struct ContactRow<S: Space> {
     pub inverse_effective_mass: f64,
 }
 
+/// Velocity of a's point relative to b's along a direction d, whose moments r_a x d and r_b x d are given.
+#[inline(always)]
+pub(crate) fn along<S: Space>(
+    direction: &S::Vector,
+    (moment_a, moment_b): &(S::Spin, S::Spin),
+    a: &Twist<S>,
+    b: &Twist<S>,
+) -> f64 {
+    direction.dot(a.linear - b.linear) + (moment_a.dot(a.angular) - moment_b.dot(b.angular))
+}
+
 impl<S: Space> ContactRow<S> {
+    #[inline]
     pub(crate) fn new(c: &Contact<S>, direction: S::Vector, masses: &[InverseMass<S>]) -> Self {
         let (moment_a, moment_b) = (S::moment(c.arm_a, direction), S::moment(c.arm_b, direction));
         let (mass_a, mass_b) = (&masses[c.a], &masses[c.b]);
@@ -99,8 +111,7 @@ impl<S: Space> ContactRow<S> {
     /// The same from the velocities of the two bodies.
     #[inline]
     pub fn velocity_between(&self, a: &Twist<S>, b: &Twist<S>) -> f64 {
-        self.direction.dot(a.linear - b.linear)
-            + (self.moment_a.dot(a.angular) - self.moment_b.dot(b.angular))
+        along(&self.direction, &(self.moment_a, self.moment_b), a, b)
     }
     /// Adds the response to an impulse along the row to the velocities of the two bodies, of these inverse masses \[1/kg\].
     #[inline]

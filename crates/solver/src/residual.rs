@@ -7,7 +7,7 @@
 //! The forms used below are the same maps with the subtraction of nearly equal impulses carried out by hand.
 
 use crate::cone::project_tangent;
-use crate::prepared::{ContactRow, Prepared, PreparedContact};
+use crate::prepared::{along, ContactRow, Prepared, PreparedContact};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use carom_math::{Column, Space};
 use serde::{Deserialize, Serialize};
@@ -96,28 +96,35 @@ pub(crate) fn residual_in<S: Space>(
     Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
 }
 
-/// The same of contacts without friction and nothing else, with memory for their rows.
+/// The same of contacts without friction and nothing else, with memory: what each impulse makes of its own velocity, and the
+/// velocities after all.
 pub(crate) fn residual_of_normals<S: Space>(
     problem: &ContactProblem<S>,
     impulses: &Impulses<S>,
-    (rows, after): (&mut Vec<ContactRow<S>>, &mut Vec<Twist<S>>),
+    (pressed, after): (&mut Vec<f64>, &mut Vec<Twist<S>>),
 ) -> Residual {
     let masses = &problem.inverse_masses;
-    rows.clear();
-    rows.extend(problem.contacts.iter().map(|c| ContactRow::new(c, c.normal, masses)));
+    pressed.clear();
+    pressed.reserve(problem.contacts.len());
     after.clone_from(&problem.velocities);
-    for (row, g) in rows.iter().zip(&impulses.contacts).filter(|(_, g)| g.normal != 0.0) {
-        let (mut a, mut b) = (after[row.a as usize], after[row.b as usize]);
-        let inverse = (masses[row.a as usize].linear, masses[row.b as usize].linear);
-        row.push(g.normal, inverse, (&mut a, &mut b));
-        (after[row.a as usize], after[row.b as usize]) = (a, b);
+    for (c, g) in problem.contacts.iter().zip(&impulses.contacts) {
+        if g.normal == 0.0 {
+            pressed.push(0.0);
+            continue;
+        }
+        let row = ContactRow::new(c, c.normal, masses);
+        let (mut a, mut b) = (after[c.a], after[c.b]);
+        row.push(g.normal, (masses[c.a].linear, masses[c.b].linear), (&mut a, &mut b));
+        (after[c.a], after[c.b]) = (a, b);
+        pressed.push(g.normal / (1.0 / row.inverse_effective_mass));
     }
     let (mut scale, mut absolute, mut worst) = (f64::MIN_POSITIVE, 0.0, None);
-    for (i, (row, (c, g))) in rows.iter().zip(problem.contacts.iter().zip(&impulses.contacts)).enumerate() {
-        let before = row.velocity(&problem.velocities);
+    for (i, (c, &pressed)) in problem.contacts.iter().zip(&*pressed).enumerate() {
+        let moments = (S::moment(c.arm_a, c.normal), S::moment(c.arm_b, c.normal));
+        let velocity = |v: &[Twist<S>]| along(&c.normal, &moments, &v[c.a], &v[c.b]);
+        let before = velocity(&problem.velocities);
         scale = scale.max(c.target - before).max(f64::EPSILON * before.abs());
-        let pressed = g.normal / (1.0 / row.inverse_effective_mass);
-        let value = least(pressed, row.velocity(after) - c.target).abs();
+        let value = least(pressed, velocity(after) - c.target).abs();
         let value = if value.is_nan() { f64::INFINITY } else { value };
         if value > absolute {
             (absolute, worst) = (value, Some(Entry::Contact(i)));

@@ -6,7 +6,7 @@
 
 use super::normals::Normals;
 use crate::linear::Envelope;
-use crate::prepared::ContactRow;
+
 use crate::problem::{ContactProblem, Impulse, Impulses, Twist};
 use crate::residual::{Residual, residual_of_normals};
 use crate::watch::{Progress, Watch};
@@ -36,7 +36,7 @@ pub struct Frictionless<S: Space> {
     right: Vec<f64>,
     matrix: Envelope,
     given: Impulses<S>,
-    rows: Vec<ContactRow<S>>,
+    pressed: Vec<f64>,
     after: Vec<Twist<S>>,
 }
 
@@ -82,7 +82,7 @@ impl<S: Space> Frictionless<S> {
             impulses.contacts[k as usize] = Impulse { normal: z, tangent: S::Slip::ZERO };
         }
         // measured by the velocities themselves, as everybody else does
-        let residual = residual_of_normals(problem, impulses, (&mut self.rows, &mut self.after));
+        let residual = residual_of_normals(problem, impulses, (&mut self.pressed, &mut self.after));
         if !(residual.absolute <= tolerance) {
             impulses.copy_from(&self.given);
             return None;

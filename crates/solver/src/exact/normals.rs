@@ -14,6 +14,24 @@ struct Side<S: Space> {
     turn: S::Spin,
 }
 
+impl<S: Space> Side<S> {
+    /// The row of a contact on a body, with its share of the diagonal of W and of the normal velocity.
+    #[inline(always)]
+    fn of(
+        problem: &ContactProblem<S>,
+        body: usize,
+        arm: S::Vector,
+        direction: S::Vector,
+    ) -> (Side<S>, f64, f64) {
+        let (mass, v) = (&problem.inverse_masses[body], &problem.velocities[body]);
+        let moment = S::moment(arm, direction);
+        let turn = mass.angular.apply(moment);
+        let own = mass.linear * direction.norm_squared() + moment.dot(turn);
+        let normal = direction.dot(v.linear) + moment.dot(v.angular);
+        (Side { body: body as u32, direction, moment, turn }, own, normal)
+    }
+}
+
 /// W by rows, q, and the order of the contacts.
 #[derive(Clone, Debug, Default)]
 pub struct Normals<S: Space> {
@@ -33,6 +51,8 @@ pub struct Normals<S: Space> {
     touching: Vec<u32>,
     place: Vec<u32>,
     is_seen: Vec<bool>,
+    /// The root of each body's inverse mass.
+    roots: Vec<f64>,
 }
 
 /// No place yet.
@@ -122,28 +142,21 @@ impl<S: Space> Normals<S> {
 
     /// Rows on bodies, the diagonal of W, and q.
     fn find_sides(&mut self, problem: &ContactProblem<S>) {
-        self.sides.clear();
-        self.diagonal.clear();
-        self.velocity.clear();
-        for &k in &self.order {
+        let Normals { order, sides, diagonal, velocity, roots, .. } = self;
+        roots.clear();
+        roots.extend(problem.inverse_masses.iter().map(|mass| mass.linear.sqrt()));
+        sides.clear();
+        diagonal.clear();
+        velocity.clear();
+        for &k in order.iter() {
             let c = &problem.contacts[k as usize];
-            let (mut own, mut normal) = (0.0, 0.0);
-            let sides =
-                [(c.a, c.arm_a, c.normal), (c.b, c.arm_b, -c.normal)].map(|(body, arm, direction)| {
-                    let (mass, v) = (&problem.inverse_masses[body], &problem.velocities[body]);
-                    let moment = S::moment(arm, direction);
-                    let turn = mass.angular.apply(moment);
-                    own += mass.linear * direction.norm_squared() + moment.dot(turn);
-                    normal += direction.dot(v.linear) + moment.dot(v.angular);
-                    Side { body: body as u32, direction, moment, turn }
-                });
-            self.sides.push(sides);
-            self.diagonal.push(own);
-            self.velocity.push(normal - c.target);
-        }
-        // of what the couplings need, the masses go into the directions
-        for side in self.sides.as_flattened_mut() {
-            side.direction = side.direction * problem.inverse_masses[side.body as usize].linear.sqrt();
+            let (a, own_a, normal_a) = Side::of(problem, c.a, c.arm_a, c.normal);
+            let (b, own_b, normal_b) = Side::of(problem, c.b, c.arm_b, -c.normal);
+            diagonal.push(own_a + own_b);
+            velocity.push(normal_a + normal_b - c.target);
+            // of what the couplings need, the masses go into the directions
+            let weighed = |side: Side<S>| Side { direction: side.direction * roots[side.body as usize], ..side };
+            sides.push([weighed(a), weighed(b)]);
         }
     }
 

@@ -7,6 +7,9 @@ use pulp::{Arch, Simd, WithSimd};
 /// Pivots below this share of their diagonal entry are rounding.
 const SINGULAR: f64 = 1e-12;
 
+/// Unknowns that are found together: a sum that reads what was written just before waits for it.
+const TOGETHER: usize = 4;
+
 /// A matrix by the lower rows of its envelope, and then its factor.
 #[derive(Clone, Debug, Default)]
 pub struct Envelope {
@@ -62,11 +65,17 @@ impl WithSimd for Factorize<'_> {
         for r in 0..first.len() {
             let (known, rest) = values.split_at_mut(starts[r] as usize);
             let (own, begin) = (&mut rest[..starts[r + 1] as usize - starts[r] as usize], first[r] as usize);
-            for c in begin..r {
-                let from = begin.max(first[c] as usize);
-                let above = &known[starts[c] as usize + from - first[c] as usize..][..c - from];
+            let above = Rows { first, starts, values: known };
+            let mut c = begin;
+            while c + TOGETHER <= r {
                 let (done, left) = own.split_at_mut(c - begin);
-                left[0] = (left[0] - dot(simd, &done[from - begin..], above)) * inverse[c];
+                let left = left.first_chunk_mut::<TOGETHER>().expect("columns before the diagonal");
+                above.divide(simd, c, (begin, done), left, inverse);
+                c += TOGETHER;
+            }
+            for c in c..r {
+                let (done, left) = own.split_at_mut(c - begin);
+                left[0] = (left[0] - above.dot(simd, c, c, (begin, done))) * inverse[c];
             }
             let (entries, pivot) = own.split_at(r - begin);
             let left = pivot[0] - dot(simd, entries, entries);
@@ -81,6 +90,59 @@ impl WithSimd for Factorize<'_> {
     }
 }
 
+/// Rows of a factor that are known.
+struct Rows<'a> {
+    first: &'a [u32],
+    starts: &'a [u32],
+    values: &'a [f64],
+}
+
+impl Rows<'_> {
+    /// The inner product of a row with numbers that begin at a column, before another column.
+    #[inline(always)]
+    fn dot<S: Simd>(&self, simd: S, r: usize, end: usize, (begin, numbers): (usize, &[f64])) -> f64 {
+        let first = self.first[r] as usize;
+        let from = begin.max(first);
+        if from >= end {
+            return 0.0;
+        }
+        let own = &self.values[self.starts[r] as usize + from - first..][..end - from];
+        dot(simd, own, &numbers[from - begin..end - begin])
+    }
+
+    /// An entry of a row, which may lie before its first.
+    #[inline(always)]
+    fn entry(&self, r: usize, c: usize) -> f64 {
+        let first = self.first[r] as usize;
+        if c < first { 0.0 } else { self.values[self.starts[r] as usize + c - first] }
+    }
+
+    /// Solves for some neighbouring unknowns of L x = b, from column c on: first what those before them give, which they
+    /// do not wait for, and then what they give each other. `known` are those before, with the column where they begin.
+    #[inline(always)]
+    fn divide<S: Simd>(
+        &self,
+        simd: S,
+        c: usize,
+        known: (usize, &[f64]),
+        x: &mut [f64; TOGETHER],
+        inverse: &[f64],
+    ) {
+        let mut left = *x;
+        // no closure: it would not be compiled for the registers at hand
+        for (j, left) in left.iter_mut().enumerate() {
+            *left -= self.dot(simd, c + j, c, known);
+        }
+        for j in 0..TOGETHER {
+            for i in 0..j {
+                left[j] -= left[i] * self.entry(c + j, c + i);
+            }
+            left[j] *= inverse[c + j];
+        }
+        *x = left;
+    }
+}
+
 struct Solve<'a>(&'a Envelope, &'a mut [f64]);
 
 impl WithSimd for Solve<'_> {
@@ -88,9 +150,17 @@ impl WithSimd for Solve<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Solve(factor, x) = self;
-        for r in 0..x.len() {
-            let (first, row) = factor.row(r);
-            x[r] = (x[r] - dot(simd, row, &x[first..r])) * factor.inverse[r];
+        let Envelope { first, starts, values, inverse } = factor;
+        let rows = Rows { first, starts, values };
+        let mut r = 0;
+        while r + TOGETHER <= x.len() {
+            let (done, left) = x.split_at_mut(r);
+            let left = left.first_chunk_mut::<TOGETHER>().expect("rows of the matrix");
+            rows.divide(simd, r, (0, done), left, inverse);
+            r += TOGETHER;
+        }
+        for r in r..x.len() {
+            x[r] = (x[r] - rows.dot(simd, r, r, (0, &x[..r]))) * inverse[r];
         }
         for r in (0..x.len()).rev() {
             let (first, row) = factor.row(r);

@@ -4,7 +4,7 @@
 
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
 use crate::islands::{Islands, Part};
-use crate::outcome::{IslandReport, Outcome, StageReport, Stages, Stop};
+use crate::outcome::{AtOnce, IslandReport, Outcome, StageReport, Stages, Stop};
 use crate::prepared::{ContactRow, Prepared, PreparedContact};
 use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
 use crate::residual::{
@@ -23,8 +23,8 @@ pub struct Ladder<S: Space> {
     given: Impulses<S>,
     /// The whole problem's rows, for contacts that are alone and for the residual.
     prepared: Prepared<S>,
-    /// The same of contacts without friction, and velocities after all impulses.
-    rows: Vec<ContactRow<S>>,
+    /// What impulses make of contacts without friction, and velocities after all impulses.
+    pressed: Vec<f64>,
     after: Vec<Twist<S>>,
 }
 
@@ -48,7 +48,7 @@ impl<S: Space> Ladder<S> {
             best: Impulses::default(),
             given: Impulses::default(),
             prepared: Prepared::default(),
-            rows: Vec::new(),
+            pressed: Vec::new(),
             after: Vec::new(),
         }
     }
@@ -70,13 +70,14 @@ impl<S: Space> Ladder<S> {
         let (bodies, tolerance) = ((problem.friction_law, problem.velocities.as_slice()), settings.tolerance);
         let old = impulses.contacts[contact];
         let given = &problem.contacts[contact];
-        let (found, climbed) = if given.friction == 0.0 {
+        let (found, at_once) = if given.friction == 0.0 {
             self.at_once_on_normal(given, &problem.inverse_masses, bodies.1, tolerance)?
         } else {
             self.at_once(&self.prepared.contacts[contact], bodies, &old, tolerance)?
         };
         impulses.contacts[contact] = found;
-        Some(climbed)
+        let (stages, residual, stop) = (at_once.stages(), at_once.residual, Stop::Converged);
+        Some(Climbed { stages, residual, stop, strict_feasibility: None })
     }
 
     /// The impulse of a contact that is alone, and what finding it came to.
@@ -86,7 +87,7 @@ impl<S: Space> Ladder<S> {
         (law, velocities): (FrictionLaw, &[Twist<S>]),
         old: &Impulse<S>,
         tolerance: f64,
-    ) -> Option<(Impulse<S>, Climbed)> {
+    ) -> Option<(Impulse<S>, AtOnce)> {
         let found = self.rungs[0].1.alone(contact, law, velocities, old)?;
         let residual = residual_alone(contact, law, velocities, &found);
         Some((found, self.found_at_once(residual, tolerance)?))
@@ -99,7 +100,7 @@ impl<S: Space> Ladder<S> {
         masses: &[InverseMass<S>],
         velocities: &[Twist<S>],
         tolerance: f64,
-    ) -> Option<(Impulse<S>, Climbed)> {
+    ) -> Option<(Impulse<S>, AtOnce)> {
         let row = ContactRow::new(contact, contact.normal, masses);
         let approach = row.velocity(velocities) - contact.target;
         let normal = self.rungs[0].1.alone_on_normal(approach, 1.0 / row.inverse_effective_mass)?;
@@ -110,16 +111,13 @@ impl<S: Space> Ladder<S> {
     }
 
     /// What it came to where the first solver had the impulse at once; `None` where that is not good enough.
-    fn found_at_once(&self, mut residual: Residual, tolerance: f64) -> Option<Climbed> {
+    fn found_at_once(&self, mut residual: Residual, tolerance: f64) -> Option<AtOnce> {
         if residual.absolute.is_nan() || residual.absolute > tolerance {
             return None;
         }
         // counted within the island
         residual.worst = (residual.absolute > 0.0).then_some(Entry::Contact(0));
-        let (solver, absolute, stop) = (self.rungs[0].0, residual.absolute, Stop::Converged);
-        let stage = StageReport { solver, iterations: 1, factorisations: 0, residual: absolute, stop };
-        let (stages, stop) = (Stages::One([stage]), Stop::Converged);
-        Some(Climbed { stages, residual, stop, strict_feasibility: None })
+        Some(AtOnce { solver: self.rungs[0].0, residual })
     }
 
     /// Solves the island that was taken out.
@@ -227,32 +225,20 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
         (masses, velocities): (&[InverseMass<S>; 2], &[Twist<S>; 2]),
         law: FrictionLaw,
         settings: &SolveSettings,
-    ) -> Option<(Impulse<S>, Option<IslandReport>)> {
+    ) -> Option<(Impulse<S>, Option<AtOnce>)> {
         if settings.impulses != ImpulseChoice::Any {
             return None;
         }
         if leaves(contact, velocities) {
             return Some((Impulse::default(), None));
         }
-        let (found, climbed) = if contact.friction == 0.0 {
+        let (found, at_once) = if contact.friction == 0.0 {
             self.at_once_on_normal(contact, masses, velocities, settings.tolerance)?
         } else {
             let prepared = PreparedContact::new(contact, masses);
             self.at_once(&prepared, (law, velocities), &Impulse::default(), settings.tolerance)?
         };
-        let moves = |k: usize| !masses[k].is_fixed();
-        let report = IslandReport {
-            contacts: 1,
-            rows: 0,
-            bodies: usize::from(moves(0)) + usize::from(moves(1)),
-            first_body: usize::from(!moves(0)),
-            residual: climbed.residual.absolute,
-            relative_residual: climbed.residual.relative,
-            worst: climbed.residual.worst,
-            strict_feasibility: None,
-            stages: climbed.stages,
-        };
-        Some((found, Some(report)))
+        Some((found, Some(at_once)))
     }
     fn work(
         &mut self,
@@ -309,7 +295,7 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
         }
         // measured anew on the whole: what the islands said of themselves is not taken on trust
         outcome.residual = if normals_alone {
-            residual_of_normals(problem, impulses, (&mut self.rows, &mut self.after))
+            residual_of_normals(problem, impulses, (&mut self.pressed, &mut self.after))
         } else {
             residual_in(problem, &self.prepared, impulses, &mut self.after)
         };

@@ -9,7 +9,7 @@ use crate::observe::event_log::{Acted, EventKind, EventLog, PieceKind};
 use crate::observe::report::SolveReport;
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
-use carom_solver::{Contact, ContactProblem, Impulse, Impulses, IslandReport, SolveSettings, Stop, Twist};
+use carom_solver::{AtOnce, Contact, ContactProblem, Impulse, Impulses, SolveSettings, Stop, Twist};
 
 /// What the bodies that are alone did in a step.
 pub struct Alone<S: Geometry> {
@@ -58,6 +58,8 @@ pub(super) struct Passage<S: Geometry> {
 
 /// The contact of a ball with its obstacle through a flow.
 pub(super) struct Held<S: Geometry> {
+    /// The ball.
+    pub body: usize,
     /// Half-way, with the gap at the start.
     pub touch: Touch<S>,
     /// As the problem had it.
@@ -65,7 +67,7 @@ pub(super) struct Held<S: Geometry> {
     /// Its impulse.
     pub impulse: Impulse<S>,
     /// How it was solved, where it presses.
-    pub report: Option<IslandReport>,
+    pub report: Option<AtOnce>,
     /// It does not count as pressed afterwards.
     pub is_new: bool,
     /// Sum of the normal velocities at the flow's start and end \[m/s\].
@@ -154,7 +156,7 @@ impl<S: Geometry> Alone<S> {
     }
 
     /// Takes in its contact and what that tells the next step; `known` is what the step before told.
-    pub(super) fn hold(&mut self, held: &mut Held<S>, rules: &Rules, known: &Memory) {
+    pub(super) fn hold(&mut self, held: &Held<S>, rules: &Rules, known: &Memory) {
         self.count(held);
         if held.impulse.normal > 0.0 {
             let (forces, memory) = &mut self.told;
@@ -174,7 +176,7 @@ impl<S: Geometry> Alone<S> {
     }
 
     /// Takes in how a contact was solved, as the report of all has it.
-    fn count(&mut self, held: &mut Held<S>) {
+    fn count(&mut self, held: &Held<S>) {
         let report = self.report.get_or_insert_with(|| SolveReport {
             contacts: 0,
             iterations: 0,
@@ -186,14 +188,15 @@ impl<S: Geometry> Alone<S> {
         });
         report.contacts += 1;
         let first = report.contacts == 1;
-        let Some(island) = held.report.take() else { return };
-        report.iterations += island.iterations();
-        if first || island.residual > report.residual {
-            (report.residual, report.relative_residual) = (island.residual, island.relative_residual);
+        let Some(found) = held.report else { return };
+        report.iterations += AtOnce::ITERATIONS;
+        let left = found.residual;
+        if first || left.absolute > report.residual {
+            (report.residual, report.relative_residual) = (left.absolute, left.relative);
             let pair = (held.contact.a, held.contact.b);
-            report.worst = (island.residual > 0.0).then_some(pair);
+            report.worst = (left.absolute > 0.0).then_some(pair);
         }
-        report.islands.push(island);
+        report.islands.push(found.island(1, held.body, None));
     }
 }
 

@@ -10,6 +10,7 @@ use super::arrival::Way;
 use super::flow::Stick;
 use super::memory::faded;
 use super::timeline::{Timeline, state};
+use crate::bodies::Bodies;
 use crate::integrate::turns_steadily;
 use crate::narrow_phase::Touch;
 use crate::observe::ledger::Ledger;
@@ -34,6 +35,32 @@ impl<S: Geometry> Default for Found<S> {
     }
 }
 
+/// The passages of all bodies, of those that are alone for good.
+struct Passages<S: Geometry> {
+    all: Vec<Passage<S>>,
+    is_alone: Vec<bool>,
+}
+
+impl<S: Geometry> Passages<S> {
+    /// Of bodies that stay as they are.
+    fn of(bodies: &Bodies<S>) -> Self {
+        let m = &bodies.motion;
+        let all = (0..bodies.len()).map(|i| {
+            let (before, half_turned) = (m.twist(i), m.rotation[i]);
+            Passage { before, free: before, after: before, end: m.position[i], half_turned, held: None }
+        });
+        Passages { all: all.collect(), is_alone: vec![false; bodies.len()] }
+    }
+    /// The passage of a body that is alone.
+    fn of_body(&self, i: usize) -> Option<&Passage<S>> {
+        self.is_alone[i].then(|| &self.all[i])
+    }
+    /// Takes a body's passage away; true where it had one.
+    fn take(&mut self, i: usize) -> bool {
+        std::mem::replace(&mut self.is_alone[i], false)
+    }
+}
+
 impl<S: Geometry> Timeline<'_, '_, S> {
     /// Takes the movable bodies that are alone through the step; gives all others.
     pub(super) fn leave_alone(&mut self) -> Vec<usize> {
@@ -54,13 +81,12 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         };
         let mut found = Found::default();
         found.held.reserve(movers.len());
-        let mut passages: Vec<Option<Passage<S>>> = Vec::with_capacity(self.bodies.len());
-        for i in 0..self.bodies.len() {
-            let is_dynamic = self.bodies.is_dynamic(i);
-            passages.push(if is_dynamic { self.passage(i, &rules, &mut found) } else { None });
+        let mut passages = Passages::of(self.bodies);
+        for &i in &movers {
+            passages.is_alone[i] = self.pass(i, &rules, &mut passages.all[i], &mut found).is_some();
         }
         self.keep_from_meeting(&mut passages, &mut found);
-        let others: Vec<usize> = movers.iter().copied().filter(|&i| passages[i].is_none()).collect();
+        let others: Vec<usize> = movers.iter().copied().filter(|&i| !passages.is_alone[i]).collect();
         if !others.is_empty() {
             self.begin_ways();
         }
@@ -68,15 +94,15 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         alone.reserve(movers.len() - others.len());
         let (mut ledger, mut paid, mut fallen) = (Ledger::default(), 0.0, 0.0);
         for &i in &movers {
-            let Some(passage) = &passages[i] else { continue };
-            let mut held = passage.held.map(|k| &mut found.held[k]);
+            let Some(passage) = passages.of_body(i) else { continue };
+            let held = passage.held.map(|k| &found.held[k]);
             if common.keeps_accounts {
-                self.account_alone(i, passage, held.as_deref());
+                self.account_alone(i, passage, held);
             }
-            let weighed = self.go_alone(i, (passage, held.as_deref()), !others.is_empty(), &mut ledger);
+            let weighed = self.go_alone(i, (passage, held), !others.is_empty(), &mut ledger);
             (paid, fallen) = (paid + weighed[0], fallen + weighed[1]);
             alone.add(i, passage, &rules);
-            if let Some(held) = &mut held {
+            if let Some(held) = held {
                 alone.hold(held, &rules, &common.warm.contacts);
             }
         }
@@ -88,22 +114,28 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         others
     }
 
-    /// The flow of a body that meets nobody but an obstacle that it lies on; `None` where it may do more.
-    fn passage(&self, i: usize, rules: &Rules, found: &mut Found<S>) -> Option<Passage<S>> {
+    /// The flow of a body that meets nobody but an obstacle that it lies on, by the passage where nothing is in its way;
+    /// `None` where it may do more.
+    fn pass(
+        &self,
+        i: usize,
+        rules: &Rules,
+        passage: &mut Passage<S>,
+        found: &mut Found<S>,
+    ) -> Option<()> {
         let common = self.common;
         let (bodies, limits, wrench) = (&*self.bodies, &common.limits, &common.wrenches[i]);
         let (data, m) = (&bodies.data[i], &bodies.motion);
-        let before = m.twist(i);
+        let before = passage.before;
         let turns = before.angular != S::Spin::ZERO;
         if wrench.torque != S::Spin::ZERO || (turns && (data.turning_arm > 0.0 || !turns_steadily(bodies, i)))
         {
             return None;
         }
-        let mut free = before;
-        free.linear += (common.settings.gravity + wrench.force * data.inverse_mass) * rules.dt;
-        let half_turned = turned_by::<S>(&m.rotation[i], before.angular, 0.5 * rules.dt);
+        passage.free.linear += (common.settings.gravity + wrench.force * data.inverse_mass) * rules.dt;
+        passage.after = passage.free;
+        passage.half_turned = turned_by::<S>(&m.rotation[i], before.angular, 0.5 * rules.dt);
         let origin = m.position[i];
-        let mut passage = Passage { before, free, after: free, end: origin, half_turned, held: None };
         for &pair in common.candidates.of_body(i) {
             let pair = common.candidates.pairs[pair];
             let other = if pair.0 == i { pair.1 } else { pair.0 };
@@ -116,38 +148,38 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             let touching = limits.touching(data, &bodies.data[other]);
             match self.touch_of((i, pair), touching, found) {
                 Some(_) if passage.held.is_some() => return None,
-                Some(touch) => self.lie((i, pair), touch, &mut passage, (rules, found))?,
-                None if self.may_come(pair, (&passage, None), found) => return None,
+                Some(touch) => self.lie((i, pair), touch, passage, (rules, found))?,
+                None if self.may_come(pair, (passage, None), found) => return None,
                 None => {}
             }
         }
         let mean = (before.linear + passage.after.linear) * 0.5;
         passage.end = origin + mean * rules.dt;
         let is_within = (passage.end - origin).norm() <= self.reaches[i] + limits.touching(data, data);
-        (is_within || data.collider.is_none()).then_some(passage)
+        (is_within || data.collider.is_none()).then_some(())
     }
 
     /// Takes the passages of bodies that may meet others away, and of all that may meet these.
-    fn keep_from_meeting(&self, passages: &mut [Option<Passage<S>>], found: &mut Found<S>) {
+    fn keep_from_meeting(&self, passages: &mut Passages<S>, found: &mut Found<S>) {
         let candidates = self.common.candidates;
         let mut met: Vec<usize> = Vec::new();
         for &(a, b) in &candidates.pairs {
             if !self.bodies.is_dynamic(a) || !self.bodies.is_dynamic(b) {
                 continue;
             }
-            let apart = match (&passages[a], &passages[b]) {
+            let apart = match (passages.of_body(a), passages.of_body(b)) {
                 (Some(one), Some(other)) => !self.may_come((a, b), (one, Some(other)), found),
                 _ => false,
             };
             if !apart {
-                met.extend([a, b].into_iter().filter(|&i| passages[i].take().is_some()));
+                met.extend([a, b].into_iter().filter(|&i| passages.take(i)));
             }
         }
         while let Some(i) = met.pop() {
             for &pair in candidates.of_body(i) {
                 let (a, b) = candidates.pairs[pair];
                 let other = if a == i { b } else { a };
-                if passages[other].take().is_some() {
+                if passages.take(other) {
                     met.push(other);
                 }
             }

@@ -11,7 +11,7 @@ use super::timeline::Timeline;
 use crate::narrow_phase::{Touch, touches_of};
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::{Column, Pose, Rotation};
-use carom_solver::{Contact, Impulse, InverseMass, IslandReport, Twist};
+use carom_solver::{Contact, Impulse, InverseMass, Twist};
 
 /// A body, and the pair that it makes with an obstacle.
 pub(super) type Lying = (usize, (usize, usize));
@@ -85,10 +85,11 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         passage.after = after;
         passage.held = Some(all.held.len());
         all.held.push(Held {
+            body: i,
             touch: found,
             contact: Contact { a: pair.0, b: pair.1, ..contact },
             impulse,
-            report: report.map(|r| IslandReport { first_body: i, worst: None, ..r }),
+            report,
             is_new: is_fresh || is_flipped,
             closing: at_start + contact.normal_velocity(&twists),
             turned: TURNED * ((arm - (first.point - origin)).norm() * after.angular.norm()),
