@@ -8,12 +8,14 @@ use super::normals::Normals;
 use crate::linear::Envelope;
 
 use crate::problem::{ContactProblem, Impulse, Impulses, Twist};
-use crate::residual::{Residual, residual_of_normals};
+use crate::residual::Residual;
 use crate::watch::{Progress, Watch};
 use carom_math::{Column, Space};
 
 /// Sweeps that guess who presses, where nothing is known of it.
 const GUESSES: usize = 8;
+/// Contacts up to which a problem is small.
+const FEW: usize = 16;
 /// Factorisations after which the other stages have their turn.
 const MOST: usize = 30;
 /// Rounds that may pass in which no fewer have the wrong sign, before one at a time changes sides.
@@ -27,6 +29,8 @@ const SHARE: f64 = 0.3;
 #[derive(Clone, Debug, Default)]
 pub struct Frictionless<S: Space> {
     normals: Normals<S>,
+    /// Those of the other class of sizes: a heap's graph stands from solve to solve, with single balls solved in between.
+    others: Normals<S>,
     z: Vec<f64>,
     u: Vec<f64>,
     presses: Vec<bool>,
@@ -36,7 +40,6 @@ pub struct Frictionless<S: Space> {
     right: Vec<f64>,
     matrix: Envelope,
     given: Impulses<S>,
-    pressed: Vec<f64>,
     after: Vec<Twist<S>>,
 }
 
@@ -61,6 +64,10 @@ impl<S: Space> Frictionless<S> {
         impulses: &mut Impulses<S>,
         watch: &mut Watch,
     ) -> Option<Ended> {
+        let is_large = |contacts: usize| contacts > FEW;
+        if is_large(problem.contacts.len()) != is_large(self.normals.count()) {
+            std::mem::swap(&mut self.normals, &mut self.others);
+        }
         self.normals.update(problem);
         self.begin(impulses);
         let (mut sweeps, mut factorisations) = (0, 0);
@@ -82,7 +89,7 @@ impl<S: Space> Frictionless<S> {
             impulses.contacts[k as usize] = Impulse { normal: z, tangent: S::Slip::ZERO };
         }
         // measured by the velocities themselves, as everybody else does
-        let residual = residual_of_normals(problem, impulses, (&mut self.pressed, &mut self.after));
+        let residual = self.normals.residual(problem, &self.z, &mut self.after);
         if !(residual.absolute <= tolerance) {
             impulses.copy_from(&self.given);
             return None;

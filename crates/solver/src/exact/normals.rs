@@ -2,7 +2,8 @@
 //! share, q = J v - target. Contacts stand in the order in which a walk over the bodies comes to them (Cuthill and McKee
 //! 1969), so that those who share a body are near each other. Knows no method.
 
-use crate::problem::{Contact, ContactProblem};
+use crate::problem::{Contact, ContactProblem, InverseMass, Twist};
+use crate::residual::{Entry, Residual, least};
 use carom_math::{Column, Inertia, Space};
 
 /// A contact's normal row on one of its bodies: a direction with its sign, its moment, and what the inverse inertia makes of that.
@@ -53,6 +54,14 @@ pub struct Normals<S: Space> {
     is_seen: Vec<bool>,
     /// The root of each body's inverse mass.
     roots: Vec<f64>,
+    graph: Graph,
+}
+
+/// Who touches whom, and which bodies stand.
+#[derive(Clone, Debug, Default)]
+struct Graph {
+    pairs: Vec<(u32, u32)>,
+    is_fixed: Vec<bool>,
 }
 
 /// No place yet.
@@ -61,10 +70,13 @@ const NONE: u32 = u32::MAX;
 impl<S: Space> Normals<S> {
     /// Takes a problem with contacts alone.
     pub fn update(&mut self, problem: &ContactProblem<S>) {
-        self.find_touching(problem);
-        self.walk(problem, 0);
-        let farthest = self.order.last().map_or(0, |k| *k as usize);
-        self.walk(problem, farthest);
+        if !self.is_known(problem) {
+            self.find_touching(problem);
+            self.walk(problem, 0);
+            let farthest = self.order.last().map_or(0, |k| *k as usize);
+            self.walk(problem, farthest);
+            self.turn_round();
+        }
         self.find_sides(problem);
         self.couple();
     }
@@ -83,6 +95,49 @@ impl<S: Space> Normals<S> {
     pub fn velocity_after(&self, i: usize, z: &[f64]) -> f64 {
         let others: f64 = self.row(i).map(|(j, w)| w * z[j]).sum();
         self.velocity[i] + self.diagonal[i] * z[i] + others
+    }
+
+    /// What impulses leave, measured by the velocities that they give and not by W; with memory for these.
+    pub fn residual(&self, problem: &ContactProblem<S>, z: &[f64], after: &mut Vec<Twist<S>>) -> Residual {
+        after.clone_from(&problem.velocities);
+        let rows = || self.order.iter().zip(&self.sides).zip(z);
+        for ((&k, [a, b]), &z) in rows().filter(|(_, z)| **z != 0.0) {
+            let force = problem.contacts[k as usize].normal * z;
+            let (a, b) = ((a.body as usize, a.turn), (b.body as usize, b.turn));
+            after[a.0].linear += force * problem.inverse_masses[a.0].linear;
+            after[a.0].angular += a.1 * z;
+            after[b.0].linear -= force * problem.inverse_masses[b.0].linear;
+            after[b.0].angular += b.1 * z;
+        }
+        let (mut absolute, mut worst) = (0.0, None);
+        for (((&k, [a, b]), &z), own) in rows().zip(&self.diagonal) {
+            let c = &problem.contacts[k as usize];
+            let (v, w) = (&after[a.body as usize], &after[b.body as usize]);
+            let turning = a.moment.dot(v.angular) + b.moment.dot(w.angular);
+            let left = c.normal.dot(v.linear - w.linear) + turning - c.target;
+            let value = least(z * own, left).abs();
+            let value = if value.is_nan() { f64::INFINITY } else { value };
+            if value > absolute {
+                (absolute, worst) = (value, Some(Entry::Contact(k as usize)));
+            }
+        }
+        let scale = self.velocity.iter().fold(f64::MIN_POSITIVE, |scale, q| scale.max(-q));
+        Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
+    }
+
+    /// True where the graph is that of the problem before: the order and who touches whom stand. Takes it in otherwise.
+    fn is_known(&mut self, problem: &ContactProblem<S>) -> bool {
+        let Graph { pairs, is_fixed } = &mut self.graph;
+        let now = problem.contacts.iter().map(|c| (c.a as u32, c.b as u32));
+        let fixed = problem.inverse_masses.iter().map(InverseMass::is_fixed);
+        if now.clone().eq(pairs.iter().copied()) && fixed.clone().eq(is_fixed.iter().copied()) {
+            return true;
+        }
+        pairs.clear();
+        pairs.extend(now);
+        is_fixed.clear();
+        is_fixed.extend(fixed);
+        false
     }
 
     /// Contacts of each body that can move.
@@ -137,6 +192,14 @@ impl<S: Space> Normals<S> {
                     }
                 }
             }
+        }
+    }
+
+    /// The order backwards: its envelope is never larger, and mostly smaller (George and Liu 1981).
+    fn turn_round(&mut self) {
+        self.order.reverse();
+        for (place, &k) in self.order.iter().enumerate() {
+            self.place[k as usize] = place as u32;
         }
     }
 

@@ -15,7 +15,6 @@ use crate::bodies::Motion;
 use crate::narrow_phase::{Touch, normal_velocity, restitution_of};
 use crate::observe::accounts::Cause;
 use crate::settings::PlasticArrivals;
-use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::Twist;
@@ -80,8 +79,7 @@ impl<S: Geometry> Together<'_, S> {
         let mut ahead = Ahead::default();
         let before = self.twists();
         let mut after = before.clone();
-        let mut forces = WarmStart::default();
-        let mut pushed = false;
+        let mut tried = None;
         for _ in 0..ROUNDS {
             let known = ahead.touches.len();
             self.coming(&near, &after, rest, &mut ahead);
@@ -93,15 +91,17 @@ impl<S: Geometry> Together<'_, S> {
                 break;
             }
             // who comes in once these are slowed; the push itself is one, of all of them
-            pushed = true;
             let (slowed, targets) = self.to_slow(touches, &ahead, rest);
             let push = slowing(&slowed, &targets, &before);
-            after = self.try_push(&push, &mut forces, tools)?;
+            let found = self.try_push(&push, tried.as_ref(), tools)?;
+            after = found.after(&before);
+            tried = Some(found);
         }
-        if pushed {
+        if tried.is_some() {
+            // nobody has come in since
             let (slowed, targets) = self.to_slow(touches, &ahead, rest);
             let push = slowing(&slowed, &targets, &before);
-            self.push(&push, before.clone(), &forces, tools)?;
+            self.push(&push, before.clone(), tried, tools)?;
             self.events.impacts += 1;
         }
         Ok(ahead.touches)

@@ -7,7 +7,6 @@ use super::push::Push;
 use super::together::{Halt, Together, Tools};
 use crate::narrow_phase::Touch;
 use crate::observe::accounts::Cause;
-use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::Twist;
@@ -20,8 +19,7 @@ impl<S: Geometry> Together<'_, S> {
         let closing: Vec<f64> = touches.iter().map(|t| -t.gap.max(0.0) / time).collect();
         let (touches, cause) = (touches.as_slice(), Cause::Fallback);
         let push = Push { touches, targets: &closing, velocities: &before, time: 0.0, cause };
-        let none = WarmStart::default();
-        self.push(&push, before.clone(), &none, tools)?;
+        self.push(&push, before.clone(), None, tools)?;
         let start = self.bodies.motion.clone();
         let before = self.twists();
         let free = self.loaded(&before, time);
@@ -35,7 +33,7 @@ impl<S: Geometry> Together<'_, S> {
             .map(|(b, f)| Twist::new(b.linear + f.linear, b.angular + f.angular))
             .collect();
         let twice: Vec<f64> = closing.iter().map(|c| 2.0 * c).collect();
-        self.push(&Push { touches, targets: &twice, velocities: &sums, time, cause }, free, &none, tools)?;
+        self.push(&Push { touches, targets: &twice, velocities: &sums, time, cause }, free, None, tools)?;
         let mut potential = 0.0;
         for (i, start_twist) in before.iter().enumerate() {
             let mean = (start_twist.linear + self.bodies.motion.velocity[i]) * 0.5;

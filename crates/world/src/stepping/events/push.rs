@@ -7,6 +7,7 @@ use crate::narrow_phase::Touch;
 use crate::observe::accounts::Cause;
 use crate::observe::event_log::{Acted, EventKind, PieceKind};
 use crate::observe::ledger::Ledger;
+use crate::observe::report::SolveReport;
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::Column;
@@ -29,26 +30,41 @@ pub struct Push<'a, S: Geometry> {
     pub cause: Cause,
 }
 
+/// An impulse that was found only as well as is needed to see who comes in.
+pub struct Tried<S: Geometry> {
+    problem: ContactProblem<S>,
+    impulses: Impulses<S>,
+    report: SolveReport,
+}
+
+impl<S: Geometry> Tried<S> {
+    /// The velocities after it, from those without it.
+    pub fn after(&self, velocities: &[Twist<S>]) -> Vec<Twist<S>> {
+        let mut after = velocities.to_vec();
+        self.problem.apply(&self.impulses, &mut after);
+        after
+    }
+}
+
 impl<S: Geometry> Together<'_, S> {
-    /// The velocities after an impulse, found only as well as is needed to see who comes in. `forces` are those of a
-    /// push with fewer contacts, and then its own.
+    /// Tries an impulse, from one that was tried for fewer contacts.
     pub fn try_push(
         &mut self,
         push: &Push<S>,
-        forces: &mut WarmStart<S>,
+        before: Option<&Tried<S>>,
         tools: &mut Tools<S>,
-    ) -> Result<Vec<Twist<S>>, Halt> {
+    ) -> Result<Tried<S>, Halt> {
         let problem = self.problem_of(push);
         let mut impulses = Impulses::zero(&problem);
-        forces.load(&problem, 1.0, &mut impulses);
-        let worst = self.worst[0].clone();
+        if let Some(Tried { problem: fewer, impulses: known, .. }) = before {
+            let mut forces = WarmStart::default();
+            forces.store(fewer, known, 1.0);
+            forces.load(&problem, 1.0, &mut impulses);
+        }
         let tolerance = TRIED * self.settings.gravity.norm() * self.limits.dt;
-        self.solve_to(tolerance.max(self.limits.tolerance), &problem, &mut impulses, tools)?;
-        self.worst[0] = worst;
-        forces.store(&problem, &impulses, 1.0);
-        let mut after = push.velocities.to_vec();
-        problem.apply(&impulses, &mut after);
-        Ok(after)
+        let report = self.work_to(tolerance.max(self.limits.tolerance), &problem, &mut impulses, tools);
+        let report = self.unless_refused(report, "contact")?;
+        Ok(Tried { problem, impulses, report })
     }
 
     fn problem_of(&self, push: &Push<S>) -> ContactProblem<S> {
@@ -66,22 +82,29 @@ impl<S: Geometry> Together<'_, S> {
         problem
     }
 
-    /// Solves for the impulse, from the forces of one much like it, applies it to `free`, and books and logs what it
-    /// does.
+    /// Solves for the impulse, unless it was tried and came out as well as is asked, applies it to `free`, and books and
+    /// logs what it does.
     pub fn push(
         &mut self,
         push: &Push<S>,
         free: Vec<Twist<S>>,
-        forces: &WarmStart<S>,
+        tried: Option<Tried<S>>,
         tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
         let Push { touches, time, cause, .. } = *push;
         let before = self.twists();
-        let problem = self.problem_of(push);
-        let mut impulses = Impulses::zero(&problem);
-        forces.load(&problem, 1.0, &mut impulses);
-        if !touches.is_empty() || !problem.rows.is_empty() {
-            self.solve(&problem, &mut impulses, tools)?;
+        let (problem, mut impulses, found) = match tried {
+            Some(Tried { problem, impulses, report }) => (problem, impulses, Some(report)),
+            None => {
+                let problem = self.problem_of(push);
+                let impulses = Impulses::zero(&problem);
+                (problem, impulses, None)
+            }
+        };
+        match found.filter(|report| report.residual <= self.limits.tolerance) {
+            Some(report) => self.keep(0, report, "contact")?,
+            None if touches.is_empty() && problem.rows.is_empty() => {}
+            None => self.solve(&problem, &mut impulses, tools)?,
         }
         let (kind, piece) = match cause {
             Cause::Fallback if time > 0.0 => (EventKind::FallbackFlow, PieceKind::Fallback),

@@ -9,9 +9,9 @@ use super::flow::Stick;
 use super::joints::{self, Held};
 use super::together::{Halt, LastFlow, Together, Tools};
 use crate::bodies::Motion;
-use crate::narrow_phase::Touch;
+use crate::narrow_phase::{Touch, contact_id};
 use crate::settings::PlasticArrivals;
-use carom_geometry::Geometry;
+use carom_geometry::{ContactPoint, Geometry};
 use carom_math::Column;
 use carom_solver::{Contact, ContactProblem, Impulse, Twist};
 
@@ -347,7 +347,6 @@ impl<S: Geometry> Together<'_, S> {
     fn at_mean(&mut self, rounds: &Rounds<S>) -> Vec<Touch<S>> {
         let (active, origin) = (&rounds.active.touches, &rounds.start.position);
         let mut found = rounds.touches.clone();
-        let mut near: Vec<Touch<S>> = Vec::new();
         let mut k = 0;
         for pair in active.chunk_by(|s, t| (s.a, s.b) == (t.a, t.b)) {
             let first = k;
@@ -356,14 +355,15 @@ impl<S: Geometry> Together<'_, S> {
                 continue;
             }
             let (a, b) = (pair[0].a, pair[0].b);
-            near.clear();
             let near_by = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
             let margin = 4.0 * near_by + self.reaches[a] + self.reaches[b];
-            self.find((a, b), margin, &mut near);
+            self.find_points((a, b), margin);
+            let serials = (self.bodies.data[a].serial, self.bodies.data[b].serial);
+            let name = |p: &ContactPoint<S>| contact_id(serials.0, serials.1, p.feature);
             for (t, found) in pair.iter().zip(&mut found[first..]) {
-                let again = near.iter().find(|n| n.id == t.id && n.normal.dot(t.normal) > ONE_SIDE);
-                *found = match again {
-                    Some(n) => Touch { gap: t.gap, ..*n },
+                let is_again = |p: &&ContactPoint<S>| p.normal.dot(t.normal) > ONE_SIDE && name(p) == t.id;
+                *found = match self.points.iter().find(is_again) {
+                    Some(p) => Touch { point: p.point, normal: p.normal, ..*t },
                     None => Touch { point: t.point + self.carried(t, origin), ..*t },
                 };
             }

@@ -180,13 +180,18 @@ pub struct Refusal {
 
 impl<S: Geometry> Together<'_, S> {
     /// Contacts of a pair with gaps up to a margin \[m\], appended.
-    pub fn find(&mut self, (a, b): (usize, usize), margin: f64, out: &mut Vec<Touch<S>>) {
+    pub fn find(&mut self, pair: (usize, usize), margin: f64, out: &mut Vec<Touch<S>>) {
+        self.find_points(pair, margin);
+        touches_of(&self.bodies, self.settings, pair, &self.points, out);
+    }
+
+    /// Contact points of a pair with gaps up to a margin \[m\], in `points`.
+    pub fn find_points(&mut self, (a, b): (usize, usize), margin: f64) {
+        self.points.clear();
         let data = &self.bodies.data;
         let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { return };
-        self.points.clear();
         let (pose_a, pose_b) = (self.bodies.shape_pose(a), self.bodies.shape_pose(b));
         S::contacts(ca, &pose_a, cb, &pose_b, margin, &mut self.points);
-        touches_of(&self.bodies, self.settings, (a, b), &self.points, out);
     }
 
     /// All contacts that touch.
@@ -285,6 +290,18 @@ impl<S: Geometry> Together<'_, S> {
         impulses: &mut Impulses<S>,
         tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
+        let report = self.work_to(tolerance, problem, impulses, tools);
+        self.keep(0, report, "contact")
+    }
+
+    /// The same without keeping what it came to.
+    pub fn work_to(
+        &self,
+        tolerance: f64,
+        problem: &ContactProblem<S>,
+        impulses: &mut Impulses<S>,
+        tools: &mut Tools<S>,
+    ) -> SolveReport {
         let solve = SolveSettings { tolerance, ..self.settings.solve() };
         let is_last = tolerance <= self.limits.tolerance;
         let enough = if is_last { self.settings.tolerance } else { f64::INFINITY };
@@ -296,7 +313,7 @@ impl<S: Geometry> Together<'_, S> {
         );
         let worst = assembly::bodies_of(problem, outcome.residual.worst);
         let worst = worst.map(|(a, b)| (self.members[a], self.members[b]));
-        self.keep(0, SolveReport::new(outcome, problem.contacts.len(), worst), "contact")
+        SolveReport::new(outcome, problem.contacts.len(), worst)
     }
 
     /// Keeps a solve's report if it is its phase's worst, its iterations in any case; refuses where the solver did.
