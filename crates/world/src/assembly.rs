@@ -42,8 +42,12 @@ pub fn contact<S: Geometry>(bodies: &Bodies<S>, t: &Touch<S>, target: f64) -> Co
 
 /// Adds rolling and spinning friction to the contact added last, where it has any.
 pub fn resist<S: Geometry>(problem: &mut ContactProblem<S>, t: &Touch<S>) {
+    resist_at(problem, problem.contacts.len() - 1, t);
+}
+
+/// The same for a contact by its place; places ascend from call to call.
+pub fn resist_at<S: Geometry>(problem: &mut ContactProblem<S>, contact: usize, t: &Touch<S>) {
     if t.rolling > 0.0 || (S::SPIN > 1 && t.spinning > 0.0) {
-        let contact = problem.contacts.len() - 1;
         problem.resistances.push(Resistance { contact, rolling: t.rolling, spinning: t.spinning });
     }
 }

@@ -104,7 +104,8 @@ impl<S: Geometry> Together<'_, S> {
         let before = self.twists();
         let free = self.loaded(&before, time);
         let mut last = LastFlow { time, stick, ..std::mem::take(&mut self.last) };
-        last.problem.contacts.clear();
+        // bodies are at the middle of their turn: inverse masses stand through the rounds
+        self.begin_problem(&mut last.problem, stick, &before, &free);
         last.closing.clear();
         // the impulses of a flow much like this one
         let known = std::mem::take(&mut last.impulses);
@@ -412,23 +413,25 @@ impl<S: Geometry> Together<'_, S> {
 
     /// Writes the problem anew where clusters are not settled.
     fn assemble(&self, rounds: &mut Rounds<S>) {
-        let Rounds { last, touches, targets, before, free, clusters, stick, .. } = rounds;
+        let Rounds { last, touches, targets, before, clusters, stick, .. } = rounds;
         let problem = &mut last.problem;
-        let settled = std::mem::take(&mut problem.contacts);
-        self.begin_problem(problem, *stick, before, free);
-        problem.contacts.reserve(touches.len());
+        problem.rows.clear();
+        problem.resistances.clear();
+        problem.contacts.reserve(touches.len().saturating_sub(problem.contacts.len()));
         for (k, (t, target)) in touches.iter().zip(&*targets).enumerate() {
-            let contact = if clusters.of_contact(k).settled {
-                settled[k]
-            } else {
+            let is_known = k < problem.contacts.len();
+            if !(is_known && clusters.of_contact(k).settled) {
                 let mut contact = crate::assembly::contact(&self.bodies, t, *target);
                 if *stick == Stick::End {
                     contact.target -= contact.normal_velocity(before);
                 }
-                contact
-            };
-            problem.contacts.push(contact);
-            crate::assembly::resist(problem, t);
+                if is_known {
+                    problem.contacts[k] = contact;
+                } else {
+                    problem.contacts.push(contact);
+                }
+            }
+            crate::assembly::resist_at(problem, k, t);
         }
     }
 }
