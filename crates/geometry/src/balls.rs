@@ -35,23 +35,48 @@ impl<'a, S: Kernel> Ball<'a, S> {
 
 /// The contact of two balls, `None` beyond a margin \[m\]; nothing at all where their centres are one.
 pub(crate) fn two_balls<S: Kernel>(a: &Ball<S>, b: &Ball<S>, margin: f64) -> Option<Option<ContactPoint<S>>> {
-    let between = a.center_from(b.pose.position) - b.center_from(b.pose.position);
-    let (distance, radii) = (between.norm(), a.radius + b.radius);
-    let gap = distance - radii;
+    let from = b.pose.position;
+    let (center_a, center_b) = (a.center_from(from), b.center_from(from));
+    // between balls about their frames' origins that distance is the scale
+    let is_plain = a.point == S::Vector::ZERO && b.point == S::Vector::ZERO;
+    let scale = || {
+        let place = Pose::new(a.pose.position - b.pose.position, S::Rotation::IDENTITY);
+        NO_DIRECTION * scale::<S>(a.core, b.core, &place)
+    };
+    let least = || if is_plain { 0.0 } else { scale() };
+    between_balls((center_a - center_b, a.radius, b.radius), from + center_b, margin, least)
+}
+
+/// The same of balls about the origins of their frames, whose turns do not matter.
+#[inline]
+pub(crate) fn two_plain_balls<S: Kernel>(
+    (place_a, radius_a): (S::Vector, f64),
+    (place_b, radius_b): (S::Vector, f64),
+    margin: f64,
+) -> Option<Option<ContactPoint<S>>> {
+    between_balls((place_a - place_b, radius_a, radius_b), place_b, margin, || 0.0)
+}
+
+/// The contact of two balls from the way between their centres, their radii and the second one's centre; nothing at all
+/// where they are no farther apart than `least` says.
+#[inline(always)]
+fn between_balls<S: Kernel>(
+    (between, radius_a, radius_b): (S::Vector, f64, f64),
+    center_b: S::Vector,
+    margin: f64,
+    least: impl Fn() -> f64,
+) -> Option<Option<ContactPoint<S>>> {
+    let distance = between.norm();
+    let gap = distance - (radius_a + radius_b);
     if gap > margin {
         return Some(None);
     }
-    // between balls about their frames' origins that distance is the scale
-    let is_plain = a.point == S::Vector::ZERO && b.point == S::Vector::ZERO;
-    let place = || Pose::new(a.pose.position - b.pose.position, S::Rotation::IDENTITY);
-    if distance == 0.0 || (!is_plain && distance <= NO_DIRECTION * scale::<S>(a.core, b.core, &place())) {
+    if distance <= least() {
         return None;
     }
     let normal = between * (1.0 / distance);
     // half-way between the surfaces
-    let point = b.pose.position
-        + b.center_from(b.pose.position)
-        + normal * (0.5 * (distance - (a.radius - b.radius)));
+    let point = center_b + normal * (0.5 * (distance - (radius_a - radius_b)));
     let feature = mix(mix(0, 0), Label::vertices(0, 0).code());
     Some(Some(ContactPoint { feature, point, normal, gap, curvature: 0.0 }))
 }

@@ -143,6 +143,15 @@ pub trait Geometry: Space {
         guess: &mut Guess<Self>,
         out: &mut Vec<ContactPoint<Self>>,
     );
+    /// Appends the contact point of two balls about the origins of their frames, which stand at these places \[m\], with a gap
+    /// up to `margin` \[m\]: what `contacts` finds, bit by bit. False, and nothing is done, where other shapes take part or the
+    /// places are one.
+    fn contact_of_balls(
+        a: (&Self::Collider, Self::Vector),
+        b: (&Self::Collider, Self::Vector),
+        margin: f64,
+        out: &mut Vec<ContactPoint<Self>>,
+    ) -> bool;
     /// True for a shape of faces, edges and corners alone, none of them rounded: while it turns by little, the points in which
     /// it touches stay on the same corners and edges.
     fn is_angular(collider: &Self::Collider) -> bool;

@@ -30,6 +30,7 @@ impl Label {
         Label { a: [a, NONE], b: [b, NONE] }
     }
     /// One number for the label.
+    #[inline]
     pub fn code(&self) -> u64 {
         let pair = |p: [u32; 2]| (u64::from(p[0].min(p[1])) << 32) | u64::from(p[0].max(p[1]));
         mix(pair(self.a), pair(self.b))
@@ -37,6 +38,7 @@ impl Label {
 }
 
 /// Scrambles two numbers into one (the finalizer of SplitMix64, Steele et al. 2014).
+#[inline]
 pub fn mix(a: u64, b: u64) -> u64 {
     let mut z = a.rotate_left(32) ^ b.wrapping_add(0x9e37_79b9_7f4a_7c15).wrapping_mul(0xd6e8_feb8_6659_fd93);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

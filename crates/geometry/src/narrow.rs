@@ -2,7 +2,7 @@
 //! facets are asked what their seams allow, patches with one normal keep a few points. One text for both spaces;
 //! stateless. Knows no bodies.
 
-use crate::balls::{Ball, ball_on_wall, two_balls};
+use crate::balls::{Ball, ball_on_wall, two_balls, two_plain_balls};
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::few::Few;
 use crate::geometry::{ContactPoint, Guess};
@@ -50,7 +50,9 @@ pub(crate) fn contacts<S: Kernel>(
 ) {
     guess.apart = f64::NEG_INFINITY;
     if let Some(known) = of_balls((a, pose_a), (b, pose_b), margin) {
-        out.extend(known);
+        if let Some(point) = known {
+            out.push(point);
+        }
         return;
     }
     if let (Form::Convex(core_a, radius_a), Form::Convex(core_b, radius_b)) = (&*a.form, &*b.form) {
@@ -101,6 +103,33 @@ pub(crate) fn touch_once<S: Kernel>(a: &Collider<S>, b: &Collider<S>) -> bool {
     let ball = |c: &Collider<S>| matches!(&*c.form, Form::Convex(core, _) if S::only_point(core).is_some());
     let wall = |c: &Collider<S>| matches!(&*c.form, Form::HalfSpace(_) | Form::Cavity(_));
     (ball(a) && (ball(b) || wall(b))) || (wall(a) && ball(b))
+}
+
+/// Appends the contact point of two balls about the origins of their frames, which stand at these places, with a gap up to
+/// `margin` \[m\]: what `contacts` finds, bit for bit, without poses. False, and nothing is done, where other shapes take part.
+#[inline]
+pub(crate) fn contact_of_balls<S: Kernel>(
+    (a, place_a): (&Collider<S>, S::Vector),
+    (b, place_b): (&Collider<S>, S::Vector),
+    margin: f64,
+    out: &mut Vec<ContactPoint<S>>,
+) -> bool {
+    let (Some(radius_a), Some(radius_b)) = (plain_radius(a), plain_radius(b)) else { return false };
+    match two_plain_balls((place_a, radius_a), (place_b, radius_b), margin) {
+        Some(Some(point)) => out.push(point),
+        Some(None) => {}
+        None => return false,
+    }
+    true
+}
+
+/// The radius of a ball about its frame's origin.
+#[inline]
+fn plain_radius<S: Kernel>(c: &Collider<S>) -> Option<f64> {
+    match &*c.form {
+        Form::Convex(core, radius) => (S::only_point(core)? == S::Vector::ZERO).then_some(*radius),
+        _ => None,
+    }
 }
 
 /// What balls have with balls and walls; nothing where other shapes take part.

@@ -64,6 +64,15 @@ impl Geometry for Spatial {
     ) {
         narrow::contacts(a, pose_a, b, pose_b, margin, guess, out);
     }
+    #[inline]
+    fn contact_of_balls(
+        a: (&Self::Collider, Self::Vector),
+        b: (&Self::Collider, Self::Vector),
+        margin: f64,
+        out: &mut Vec<ContactPoint<Self>>,
+    ) -> bool {
+        narrow::contact_of_balls(a, b, margin, out)
+    }
     fn is_angular(collider: &Self::Collider) -> bool {
         collider.is_angular()
     }

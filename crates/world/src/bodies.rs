@@ -8,7 +8,7 @@ use crate::body::{BodyKind, BodySpec, MassSource};
 use crate::error::BuildError;
 use crate::joint::Joints;
 use crate::material::Materials;
-use carom_geometry::{Geometry, MassProperties};
+use carom_geometry::{ContactPoint, Geometry, MassProperties};
 use carom_math::{Column, Inertia, Pose, Rotation, Space};
 use carom_solver::{InverseMass, Twist};
 use roles::Roles;
@@ -201,6 +201,12 @@ impl<S: Geometry> Bodies<S> {
     pub fn rotational_energy(&self, i: usize) -> f64 {
         0.5 * self.spin_momentum(i).dot(self.motion.angular_velocity[i])
     }
+    /// Place of the shape's own frame.
+    #[inline]
+    pub fn shape_place(&self, i: usize) -> S::Vector {
+        let (center, place) = (self.data[i].mass_properties.center, self.motion.position[i]);
+        if center == S::Vector::ZERO { place } else { place - self.motion.rotation[i].rotate(center) }
+    }
     /// Pose of the shape's own frame: the centre of mass is at its local `center`.
     #[inline]
     pub fn shape_pose(&self, i: usize) -> Pose<S> {
@@ -209,6 +215,24 @@ impl<S: Geometry> Bodies<S> {
             return pose;
         }
         Pose::new(pose.position - pose.rotation.rotate(self.data[i].mass_properties.center), pose.rotation)
+    }
+    /// Appends the contact points of two bodies with gaps up to a margin \[m\].
+    pub(crate) fn contact_points(
+        &self,
+        (a, b): (usize, usize),
+        margin: f64,
+        out: &mut Vec<ContactPoint<S>>,
+    ) {
+        let (one, other) = (&self.data[a], &self.data[b]);
+        let (Some(ca), Some(cb)) = (&one.collider, &other.collider) else { return };
+        // no point of either is carried anywhere by turning: balls, of which the places say all
+        if one.turning_arm == 0.0 && other.turning_arm == 0.0 {
+            let places = (self.shape_place(a), self.shape_place(b));
+            if S::contact_of_balls((ca, places.0), (cb, places.1), margin, out) {
+                return;
+            }
+        }
+        S::contacts(ca, &self.shape_pose(a), cb, &self.shape_pose(b), margin, out);
     }
     /// Sets velocities from momenta (p, L): v = p/m, w = I^-1 L. Obstacles are left alone.
     pub fn set_momenta(&mut self, i: usize, momentum: S::Vector, spin_momentum: S::Spin) {

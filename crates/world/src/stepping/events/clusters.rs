@@ -7,8 +7,9 @@ use crate::assembly;
 use crate::narrow_phase::Touch;
 use crate::observe::report::SolveReport;
 use carom_geometry::Geometry;
+use carom_math::Space;
 use carom_solver::{
-    ContactProblem, ImpulseChoice, ImpulseSolver, Impulses, IslandReport, Outcome, Partition, SolveSettings,
+    ContactProblem, Impulse, ImpulseChoice, ImpulseSolver, Impulses, IslandReport, Outcome, Partition, SolveSettings,
     Stop,
 };
 
@@ -39,7 +40,22 @@ pub struct Cluster {
     pub angular: bool,
     /// True where that is so while its gap closes.
     pub corners: bool,
+    /// How far it is with contacts that do not press.
+    pub left_out: LeftOut,
     solved: Option<Solved>,
+}
+
+/// What the rounds of a cluster do with contacts that do not press: once it shows who presses, they are left out until
+/// its places are known, and looked at then.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LeftOut {
+    /// It does not show yet who presses.
+    #[default]
+    NotYet,
+    /// They are left out.
+    Now,
+    /// One of them was to press after all: none is left out any more.
+    NoMore,
 }
 
 /// What the last solve said of a cluster.
@@ -58,6 +74,8 @@ pub struct Clusters {
     /// The clusters, by their first contacts.
     pub all: Vec<Cluster>,
     of_contact: Vec<usize>,
+    /// Whether a contact is left out of its cluster's rounds.
+    is_out: Vec<bool>,
     of_body: Vec<usize>,
     jointed: bool,
     iterations: usize,
@@ -71,13 +89,14 @@ impl Clusters {
     pub fn new(bodies: usize, jointed: bool) -> Self {
         let all = if jointed { vec![Cluster::default()] } else { Vec::new() };
         let of_body = vec![if jointed { 0 } else { NONE }; bodies];
-        Clusters { all, of_contact: Vec::new(), of_body, jointed, iterations: 0 }
+        Clusters { all, of_contact: Vec::new(), is_out: Vec::new(), of_body, jointed, iterations: 0 }
     }
 
     /// Takes in contacts that come after those it knows; what they join begins anew, the rest stays as it is.
     pub fn join<S: Geometry>(&mut self, touches: &[Touch<S>], moves: impl Fn(usize) -> bool) {
         if self.jointed {
             self.of_contact.resize(touches.len(), 0);
+            self.is_out.resize(touches.len(), false);
             self.all[0] = Cluster::default();
             return;
         }
@@ -110,6 +129,32 @@ impl Clusters {
             for i in [t.a, t.b].into_iter().filter(|&i| moves(i)) {
                 self.of_body[i] = cluster;
             }
+        }
+        self.is_out.resize(touches.len(), false);
+        self.take_back();
+    }
+
+    /// True for a contact that is left out of its cluster's rounds.
+    pub fn is_out(&self, contact: usize) -> bool {
+        self.is_out[contact]
+    }
+    /// Leaves contacts without an impulse out of the rounds of a cluster.
+    pub fn leave_out<S: Space>(&mut self, cluster: usize, impulses: &[Impulse<S>]) {
+        self.all[cluster].left_out = LeftOut::Now;
+        for ((out, &of), impulse) in self.is_out.iter_mut().zip(&self.of_contact).zip(impulses) {
+            *out |= of == cluster && impulse.normal == 0.0;
+        }
+    }
+    /// Takes contacts back where clusters leave none out.
+    pub fn take_back(&mut self) {
+        for (out, &of) in self.is_out.iter_mut().zip(&self.of_contact) {
+            *out &= self.all[of].left_out == LeftOut::Now;
+        }
+    }
+    /// Takes in that a contact of a cluster leaves a residual \[m/s\].
+    pub fn leaves(&mut self, contact: usize, residual: f64) {
+        if let Some(solved) = &mut self.all[self.of_contact[contact]].solved {
+            solved.residual = solved.residual.max(residual);
         }
     }
 
@@ -224,7 +269,7 @@ impl<S: Geometry> Together<'_, S> {
     ) -> Result<(), Halt> {
         for (tolerance, class) in clusters.classes() {
             let settings = SolveSettings { tolerance, ..self.settings.solve() };
-            if class.len() == clusters.all.len() {
+            if class.len() == clusters.all.len() && !clusters.is_out.contains(&true) {
                 let outcome = self.work(&last.problem, &settings, &mut last.impulses, tools)?;
                 clusters.keep(&class, &last.problem, (outcome, &settings));
                 continue;
@@ -274,8 +319,8 @@ impl<S: Geometry> Part<S> {
         problem.space.clone_from(&whole.space);
         problem.friction_law = whole.friction_law;
         let mut impulses = Impulses::zero(&problem);
-        let contacts: Vec<usize> =
-            (0..whole.contacts.len()).filter(|&k| chosen[clusters.of_contact[k]]).collect();
+        let is_in = |k: &usize| chosen[clusters.of_contact[*k]] && !clusters.is_out[*k];
+        let contacts: Vec<usize> = (0..whole.contacts.len()).filter(is_in).collect();
         problem.contacts.extend(contacts.iter().map(|&k| whole.contacts[k]));
         impulses.contacts.clear();
         impulses.contacts.extend(contacts.iter().map(|&k| last.impulses.contacts[k]));

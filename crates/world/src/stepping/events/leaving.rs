@@ -202,10 +202,8 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let fastest = apart(|p| &p.before).max(apart(|p| &p.free)).max(apart(|p| &p.after));
         let held = HELD * self.common.settings.gravity.norm() * limits.dt * limits.dt;
         let margin = fastest * limits.dt + held + limits.touching(&data[pair.0], &data[pair.1]);
-        let (Some(a), Some(b)) = (&data[pair.0].collider, &data[pair.1].collider) else { return false };
-        let pose = |i: usize| self.bodies.shape_pose(i);
         found.points.clear();
-        S::contacts(a, &pose(pair.0), b, &pose(pair.1), margin, &mut found.points);
+        self.bodies.contact_points(pair, margin, &mut found.points);
         !found.points.is_empty()
     }
 

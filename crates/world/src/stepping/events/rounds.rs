@@ -3,7 +3,7 @@
 //! before the last are solved only as well as their places are known. Each cluster of bodies takes the rounds that it
 //! needs, and no more when contacts are added elsewhere.
 
-use super::clusters::{Cluster, Clusters};
+use super::clusters::{Cluster, Clusters, LeftOut};
 use super::contacts::Active;
 use super::flow::Stick;
 use super::joints::{self, Held};
@@ -26,6 +26,8 @@ const LONG: usize = 12;
 const NEARER: f64 = 0.3;
 /// Rounds there without coming nearer after which the next is the last.
 const STALLED: usize = 2;
+/// Rounds of balls in heaps after which it shows who presses.
+const SHOWN: usize = 2;
 /// Change of a normal that the rounds of balls may leave when there were enough; a flow that leaves more is too long \[1\].
 const LOOSE: f64 = 1e-9;
 /// Change of a unit normal below which the round is the last \[1\].
@@ -234,13 +236,15 @@ impl<S: Geometry> Together<'_, S> {
             self.assemble(rounds);
             return Ok(true);
         }
-        let at_mean = self.at_mean(rounds);
+        let mut at_mean = self.at_mean(rounds);
         let joints_settled = !rounds.jointed || self.joints_settled(&mut rounds.held);
         self.settle(rounds, &at_mean, joints_settled);
+        self.look_at_left_out(rounds, &mut at_mean);
         rounds.touches = at_mean;
         if rounds.clusters.are_settled() {
             return Ok(true); // the same arms, at the places that came out
         }
+        self.leave_out(rounds);
         for cluster in rounds.clusters.all.iter_mut().filter(|c| !c.settled) {
             cluster.is_last = cluster.is_last_to_take(jointed);
             let enough = cluster.is_last || jointed;
@@ -273,8 +277,9 @@ impl<S: Geometry> Together<'_, S> {
         let clusters = &mut rounds.clusters;
         clusters.all.iter_mut().filter(|c| !c.settled).for_each(|c| c.change = 0.0);
         for (k, new) in at_mean.iter().enumerate() {
+            let is_out = clusters.is_out(k);
             let cluster = clusters.of_contact_mut(k);
-            if cluster.settled {
+            if cluster.settled || is_out {
                 continue;
             }
             let change = if cluster.taken == 0 {
@@ -344,32 +349,99 @@ impl<S: Geometry> Together<'_, S> {
     }
 
     /// The contacts of clusters that are not settled where the bodies are now, found again by name; those that are gone
-    /// are carried along.
+    /// are carried along, and those that are left out stay as they were.
     fn at_mean(&mut self, rounds: &Rounds<S>) -> Vec<Touch<S>> {
-        let (active, origin) = (&rounds.active.touches, &rounds.start.position);
         let mut found = rounds.touches.clone();
         let mut k = 0;
-        for pair in active.chunk_by(|s, t| (s.a, s.b) == (t.a, t.b)) {
+        for pair in rounds.active.touches.chunk_by(|s, t| (s.a, s.b) == (t.a, t.b)) {
             let first = k;
             k += pair.len();
-            if rounds.clusters.of_contact(first).settled {
+            if rounds.clusters.of_contact(first).settled || (first..k).all(|k| rounds.clusters.is_out(k)) {
                 continue;
             }
-            let (a, b) = (pair[0].a, pair[0].b);
-            let near_by = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
-            let margin = 4.0 * near_by + self.reaches[a] + self.reaches[b];
-            self.find_points((a, b), margin);
-            let serials = (self.bodies.data[a].serial, self.bodies.data[b].serial);
-            let name = |p: &ContactPoint<S>| contact_id(serials.0, serials.1, p.feature);
-            for (t, found) in pair.iter().zip(&mut found[first..]) {
-                let is_again = |p: &&ContactPoint<S>| p.normal.dot(t.normal) > ONE_SIDE && name(p) == t.id;
-                *found = match self.points.iter().find(is_again) {
-                    Some(p) => Touch { point: p.point, normal: p.normal, ..*t },
-                    None => Touch { point: t.point + self.carried(t, origin), ..*t },
-                };
-            }
+            self.find_again(pair, &rounds.start.position, &mut found[first..k]);
         }
         found
+    }
+
+    /// The contacts of a pair where its bodies are now.
+    fn find_again(&mut self, pair: &[Touch<S>], origin: &[S::Vector], found: &mut [Touch<S>]) {
+        let (a, b) = (pair[0].a, pair[0].b);
+        let near_by = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
+        let margin = 4.0 * near_by + self.reaches[a] + self.reaches[b];
+        self.find_points((a, b), margin);
+        let serials = (self.bodies.data[a].serial, self.bodies.data[b].serial);
+        let name = |p: &ContactPoint<S>| contact_id(serials.0, serials.1, p.feature);
+        for (t, found) in pair.iter().zip(found) {
+            let is_again = |p: &&ContactPoint<S>| p.normal.dot(t.normal) > ONE_SIDE && name(p) == t.id;
+            *found = match self.points.iter().find(is_again) {
+                Some(p) => Touch { point: p.point, normal: p.normal, ..*t },
+                None => Touch { point: t.point + self.carried(t, origin), ..*t },
+            };
+        }
+    }
+
+    /// Leaves contacts that do not press out of the rounds of balls in heaps once it shows who presses: they are half of
+    /// all. A cluster's last round is one of all its contacts.
+    fn leave_out(&self, rounds: &mut Rounds<S>) {
+        let is_heap = self.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
+        let Rounds { clusters, last, jointed, .. } = rounds;
+        for k in 0..clusters.all.len() {
+            let c = &mut clusters.all[k];
+            if c.settled || c.angular || *jointed || !is_heap {
+                continue;
+            }
+            if c.is_last_to_take(*jointed) {
+                c.left_out = LeftOut::NoMore;
+                clusters.take_back();
+            } else if c.left_out == LeftOut::NotYet && c.taken >= SHOWN {
+                clusters.leave_out(k, &last.impulses.contacts);
+            }
+        }
+    }
+
+    /// Looks at the contacts that clusters have left out whose places are known: where one of them was to press, the rounds
+    /// go on with all.
+    fn look_at_left_out(&mut self, rounds: &mut Rounds<S>, at_mean: &mut [Touch<S>]) {
+        let is_known = |c: &Cluster| c.settled && c.left_out == LeftOut::Now;
+        if !rounds.clusters.all.iter().any(is_known) {
+            return;
+        }
+        let mut called = Vec::new();
+        for k in 0..at_mean.len() {
+            if !rounds.clusters.is_out(k) || !is_known(rounds.clusters.of_contact(k)) {
+                continue;
+            }
+            self.find_again(&rounds.active.touches[k..=k], &rounds.start.position, &mut at_mean[k..=k]);
+            let contact = self.contact_of(rounds, &at_mean[k], k);
+            let mut velocity = contact.normal_velocity(&rounds.after);
+            if rounds.stick == Stick::Mean {
+                velocity += contact.normal_velocity(&rounds.before);
+            }
+            rounds.last.problem.contacts[k] = contact;
+            let off = (contact.target - velocity).max(0.0);
+            rounds.clusters.leaves(k, off);
+            // true for NaN
+            if !(off <= self.limits.tolerance) {
+                called.push(k);
+            }
+        }
+        for c in rounds.clusters.all.iter_mut().filter(|c| is_known(c)) {
+            c.left_out = LeftOut::NoMore;
+        }
+        rounds.clusters.take_back();
+        for k in called {
+            rounds.clusters.of_contact_mut(k).settled = false;
+        }
+    }
+
+    /// A contact of the problem, from where it is found.
+    fn contact_of(&self, rounds: &Rounds<S>, t: &Touch<S>, k: usize) -> Contact<S> {
+        let mut contact = crate::assembly::contact(&self.bodies, t, rounds.targets[k]);
+        if rounds.stick == Stick::End {
+            contact.target -= contact.normal_velocity(&rounds.before);
+        }
+        contact
     }
 
     /// How a contact point has moved with its bodies.
@@ -413,24 +485,25 @@ impl<S: Geometry> Together<'_, S> {
 
     /// Writes the problem anew where clusters are not settled.
     fn assemble(&self, rounds: &mut Rounds<S>) {
-        let Rounds { last, touches, targets, before, clusters, stick, .. } = rounds;
-        let problem = &mut last.problem;
+        let mut contacts = std::mem::take(&mut rounds.last.problem.contacts);
+        contacts.reserve(rounds.touches.len().saturating_sub(contacts.len()));
+        for (k, t) in rounds.touches.iter().enumerate() {
+            let is_known = k < contacts.len();
+            if is_known && (rounds.clusters.of_contact(k).settled || rounds.clusters.is_out(k)) {
+                continue;
+            }
+            let contact = self.contact_of(rounds, t, k);
+            if is_known {
+                contacts[k] = contact;
+            } else {
+                contacts.push(contact);
+            }
+        }
+        let problem = &mut rounds.last.problem;
+        problem.contacts = contacts;
         problem.rows.clear();
         problem.resistances.clear();
-        problem.contacts.reserve(touches.len().saturating_sub(problem.contacts.len()));
-        for (k, (t, target)) in touches.iter().zip(&*targets).enumerate() {
-            let is_known = k < problem.contacts.len();
-            if !(is_known && clusters.of_contact(k).settled) {
-                let mut contact = crate::assembly::contact(&self.bodies, t, *target);
-                if *stick == Stick::End {
-                    contact.target -= contact.normal_velocity(before);
-                }
-                if is_known {
-                    problem.contacts[k] = contact;
-                } else {
-                    problem.contacts.push(contact);
-                }
-            }
+        for (k, t) in rounds.touches.iter().enumerate() {
             crate::assembly::resist_at(problem, k, t);
         }
     }

@@ -186,12 +186,9 @@ impl<S: Geometry> Together<'_, S> {
     }
 
     /// Contact points of a pair with gaps up to a margin \[m\], in `points`.
-    pub fn find_points(&mut self, (a, b): (usize, usize), margin: f64) {
+    pub fn find_points(&mut self, pair: (usize, usize), margin: f64) {
         self.points.clear();
-        let data = &self.bodies.data;
-        let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) else { return };
-        let (pose_a, pose_b) = (self.bodies.shape_pose(a), self.bodies.shape_pose(b));
-        S::contacts(ca, &pose_a, cb, &pose_b, margin, &mut self.points);
+        self.bodies.contact_points(pair, margin, &mut self.points);
     }
 
     /// All contacts that touch.
