@@ -167,7 +167,7 @@ STEPS ?=
 TASKS ?=
 SCHEMES ?=
 simbenchmark:
-	$(CARGO) run --quiet --release --locked --package carom-scenes --bin simbenchmark -- --out crates/bench/results \
+	$(CARGO) run --quiet --profile dist --locked --package carom-scenes --bin simbenchmark -- --out crates/bench/results \
 	  $(if $(STEPS),--dt $(STEPS)) $(if $(TASKS),--tasks $(TASKS)) \
 	  $(if $(SCHEMES),--schemes $(SCHEMES))
 
@@ -176,7 +176,7 @@ simbenchmark:
 HEAPS ?=
 TIME ?=
 heaps:
-	$(CARGO) run --quiet --release --locked --package carom-scenes --bin heaps -- --out crates/bench/results \
+	$(CARGO) run --quiet --profile dist --locked --package carom-scenes --bin heaps -- --out crates/bench/results \
 	  $(if $(HEAPS),--tasks $(HEAPS)) $(if $(LIMIT),--limit $(LIMIT)) $(if $(TIME),--time $(TIME))
 
 # carom and its peers in one race, in a target folder of its own, for the processor at hand. SCENES=pyramid:20,spatial/hulls

@@ -14,6 +14,7 @@ in_plane_and_space!(
     a_sliding_block_stops_within_the_order_of_the_step,
     a_heap_of_plastic_balls_neither_overlaps_nor_gains,
     a_row_longer_than_the_rounds_of_looking_moves_on,
+    contacts_that_do_not_press_are_certified_with_those_that_do,
     an_elastic_ball_still_bounces_at_its_moment,
     balls_that_would_be_through_each_other_by_the_end_of_the_step_bounce,
 );
@@ -127,6 +128,30 @@ pub fn a_row_longer_than_the_rounds_of_looking_moves_on<S: Dimension>() {
         }
         at_most(w.energy().kinetic(), 0.5 * speed * speed, "no gain [J]");
     }
+}
+
+/// Rounds of a flow leave out contacts that do not press; the problem that they end with has all of them, where they are
+/// then, and its certificate is that of all.
+pub fn contacts_that_do_not_press_are_certified_with_those_that_do<S: Dimension>() {
+    let mut w = world::<S>(within_the_step(0.01));
+    add_floor(&mut w, 0.0, 0.0);
+    for k in 0..24 {
+        let (row, place) = (f64::from(k / 4), f64::from(k % 4));
+        let mut at = S::at(0.21 * place + 0.013 * row, 0.1 + 0.2 * row);
+        if S::DIM == 3 {
+            at[1] += 0.017 * row - 0.03 * place;
+        }
+        let ball = BodySpec::dense(S::ball(0.1), 1000.0).at(at);
+        add(&mut w, &format!("ball {k}"), ball.friction(0.0).restitution(0.0));
+    }
+    let (mut idle, mut worst) = (0, 0.0_f64);
+    run(&mut w, 1.5, |w, _| {
+        let certificate = w.certificate(carom::Phase::Contact, None).expect("they touch");
+        worst = worst.max(certificate.residual);
+        idle += w.last_problem().1.contacts.iter().filter(|g| g.normal == 0.0).count();
+    });
+    at_most(worst, 1e-12, "certificate [m/s]");
+    assert!(idle > 100, "{idle} contacts that did not press");
 }
 
 /// What bounces is no plastic arrival: case C6's heights hold as ever.

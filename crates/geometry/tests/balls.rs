@@ -46,6 +46,48 @@ fn balls_touch_balls_and_walls_as_the_general_way_says() {
     same::<Planar>((&wall, &ball(0.3)), (&wall, &alone(ball(0.3))), pose);
 }
 
+/// Balls whose places say all, and other shapes, of which they do not.
+fn by_places<S: Geometry>(
+    (ball, larger): (&S::Shape, &S::Shape),
+    others: &[S::Shape],
+    mut pose: impl FnMut(&mut Random) -> Pose<S>,
+) {
+    let (a, b) = (collider::<S>(ball), collider::<S>(larger));
+    let mut random = Random::new(6);
+    let mut met = 0;
+    for _ in 0..500 {
+        let (at_a, at_b) = (pose(&mut random), pose(&mut random));
+        let (mut found, mut known) = (Vec::new(), Vec::new());
+        let places = (at_a.position, at_b.position);
+        assert!(S::contact_of_balls((&a, places.0), (&b, places.1), 0.3, &mut found));
+        S::contacts(&a, &at_a, &b, &at_b, 0.3, &mut known);
+        assert_eq!(found, known);
+        met += found.len();
+    }
+    assert!(met > 100, "only {met} contacts");
+    for other in others.iter().map(collider::<S>) {
+        let (mut found, place) = (Vec::new(), S::Vector::ZERO);
+        assert!(!S::contact_of_balls((&a, place), (&other, place), 9.0, &mut found) && found.is_empty());
+        assert!(!S::contact_of_balls((&other, place), (&a, place), 9.0, &mut found) && found.is_empty());
+    }
+    let here = S::Vector::ZERO;
+    let found = S::contact_of_balls((&a, here), (&b, here), 0.3, &mut Vec::new());
+    assert!(!found, "centres that are one have no direction");
+}
+
+#[test]
+fn balls_touch_by_their_places_as_by_their_poses() {
+    let ball = |radius| SpatialShape::Sphere { radius };
+    let aside = SpatialPart { pose: at3(1.0, 0.0, 0.0), shape: ball(0.3) };
+    let capsule = SpatialShape::Capsule { radius: 0.3, length: 1.0 };
+    let others =
+        [SpatialShape::HalfSpace { normal: Z }, capsule, SpatialShape::Compound { parts: vec![aside] }];
+    by_places::<Spatial>((&ball(0.3), &ball(0.5)), &others, |random| random.pose3(0.6));
+    let disc = |radius| PlanarShape::Circle { radius };
+    let others = [PlanarShape::HalfPlane { normal: vec2(0.6, 0.8) }];
+    by_places::<Planar>((&disc(0.3), &disc(0.5)), &others, |random| random.pose2(0.6));
+}
+
 #[test]
 fn balls_with_one_centre_still_push_each_other() {
     let ball = SpatialShape::Sphere { radius: 0.5 };

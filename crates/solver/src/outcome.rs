@@ -131,7 +131,13 @@ impl AtOnce {
     /// The only stage.
     pub fn stages(&self) -> Stages {
         let (solver, residual, stop) = (self.solver, self.residual.absolute, Stop::Converged);
-        Stages::One([StageReport { solver, iterations: AtOnce::ITERATIONS, factorisations: 0, residual, stop }])
+        Stages::One([StageReport {
+            solver,
+            iterations: AtOnce::ITERATIONS,
+            factorisations: 0,
+            residual,
+            stop,
+        }])
     }
     /// Iterations that it counts as.
     pub const ITERATIONS: usize = 1;

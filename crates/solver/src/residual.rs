@@ -7,7 +7,7 @@
 //! The forms used below are the same maps with the subtraction of nearly equal impulses carried out by hand.
 
 use crate::cone::project_tangent;
-use crate::prepared::{along, ContactRow, Prepared, PreparedContact};
+use crate::prepared::{ContactRow, Prepared, PreparedContact, along};
 use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use carom_math::{Column, Space};
 use serde::{Deserialize, Serialize};

@@ -217,12 +217,7 @@ impl<S: Geometry> Bodies<S> {
         Pose::new(pose.position - pose.rotation.rotate(self.data[i].mass_properties.center), pose.rotation)
     }
     /// Appends the contact points of two bodies with gaps up to a margin \[m\].
-    pub(crate) fn contact_points(
-        &self,
-        (a, b): (usize, usize),
-        margin: f64,
-        out: &mut Vec<ContactPoint<S>>,
-    ) {
+    pub(crate) fn contact_points(&self, (a, b): (usize, usize), margin: f64, out: &mut Vec<ContactPoint<S>>) {
         let (one, other) = (&self.data[a], &self.data[b]);
         let (Some(ca), Some(cb)) = (&one.collider, &other.collider) else { return };
         // no point of either is carried anywhere by turning: balls, of which the places say all

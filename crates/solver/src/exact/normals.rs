@@ -218,7 +218,8 @@ impl<S: Space> Normals<S> {
             diagonal.push(own_a + own_b);
             velocity.push(normal_a + normal_b - c.target);
             // of what the couplings need, the masses go into the directions
-            let weighed = |side: Side<S>| Side { direction: side.direction * roots[side.body as usize], ..side };
+            let weighed =
+                |side: Side<S>| Side { direction: side.direction * roots[side.body as usize], ..side };
             sides.push([weighed(a), weighed(b)]);
         }
     }

@@ -187,9 +187,8 @@ impl<S: Geometry> Arrivals<S> {
         let data = &search.bodies.data;
         if let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) {
             // balls about their centres of mass
-            let is_ball = |i: usize| {
-                data[i].turning_arm == 0.0 && data[i].mass_properties.center == S::Vector::ZERO
-            };
+            let is_ball =
+                |i: usize| data[i].turning_arm == 0.0 && data[i].mass_properties.center == S::Vector::ZERO;
             let [one, other] = states.map(|s| s.position);
             if is_ball(a)
                 && is_ball(b)

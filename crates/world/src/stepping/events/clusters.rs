@@ -9,8 +9,8 @@ use crate::observe::report::SolveReport;
 use carom_geometry::Geometry;
 use carom_math::Space;
 use carom_solver::{
-    ContactProblem, Impulse, ImpulseChoice, ImpulseSolver, Impulses, IslandReport, Outcome, Partition, SolveSettings,
-    Stop,
+    ContactProblem, Impulse, ImpulseChoice, ImpulseSolver, Impulses, IslandReport, Outcome, Partition,
+    SolveSettings, Stop,
 };
 
 /// Clusters whose tolerances differ by less than this factor are solved at once, to the smallest of them.

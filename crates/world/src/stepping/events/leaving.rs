@@ -116,13 +116,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
 
     /// The flow of a body that meets nobody but an obstacle that it lies on, by the passage where nothing is in its way;
     /// `None` where it may do more.
-    fn pass(
-        &self,
-        i: usize,
-        rules: &Rules,
-        passage: &mut Passage<S>,
-        found: &mut Found<S>,
-    ) -> Option<()> {
+    fn pass(&self, i: usize, rules: &Rules, passage: &mut Passage<S>, found: &mut Found<S>) -> Option<()> {
         let common = self.common;
         let (bodies, limits, wrench) = (&*self.bodies, &common.limits, &common.wrenches[i]);
         let (data, m) = (&bodies.data[i], &bodies.motion);

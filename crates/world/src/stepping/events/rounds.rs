@@ -421,8 +421,9 @@ impl<S: Geometry> Together<'_, S> {
             rounds.last.problem.contacts[k] = contact;
             let off = (contact.target - velocity).max(0.0);
             rounds.clusters.leaves(k, off);
-            // true for NaN
-            if !(off <= self.limits.tolerance) {
+            // false for NaN
+            let is_within = off <= self.limits.tolerance;
+            if !is_within {
                 called.push(k);
             }
         }
@@ -506,5 +507,48 @@ impl<S: Geometry> Together<'_, S> {
         for (k, t) in rounds.touches.iter().enumerate() {
             crate::assembly::resist_at(problem, k, t);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn taken(rounds: usize, angular: bool) -> Cluster {
+        let mut cluster = Cluster::default();
+        (cluster.taken, cluster.angular) = (rounds, angular);
+        cluster
+    }
+
+    fn after(errors: &[f64], angular: bool) -> Cluster {
+        let mut cluster = taken(0, angular);
+        for error in errors {
+            cluster.watch(*error);
+            cluster.taken += 1;
+        }
+        cluster
+    }
+
+    #[test]
+    fn corners_that_come_no_nearer_take_one_more_round_and_balls_all_they_may() {
+        let (nearer, stalls) = ([1e6, 1e4, 1e2], [1e6, 4e5, 5e5]);
+        assert!(!after(&nearer, true).is_last_to_take(false));
+        assert!(after(&stalls, true).is_last_to_take(false));
+        // one round that came no nearer is not enough, nor are two with one between that did
+        assert!(!after(&stalls[..2], true).is_last_to_take(false));
+        assert!(!after(&[1e6, 4e5, 1e4, 9e3], true).is_last_to_take(false));
+        // rounds of balls leave a share each, those of joints fall in every other one
+        assert!(!after(&stalls, false).is_last_to_take(false));
+        assert!(!after(&stalls, true).is_last_to_take(true));
+    }
+
+    #[test]
+    fn rounds_end_by_their_number_at_last() {
+        assert!(!taken(MOST_ON_CORNERS - 2, true).is_last_to_take(false));
+        assert!(taken(MOST_ON_CORNERS - 1, true).is_last_to_take(false));
+        assert!(!taken(MOST - 2, false).is_last_to_take(false));
+        assert!(taken(MOST - 1, false).is_last_to_take(false));
+        assert!(!taken(joints::ROUNDS - 2, true).is_last_to_take(true));
+        assert!(taken(joints::ROUNDS - 1, true).is_last_to_take(true));
     }
 }
