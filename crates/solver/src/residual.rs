@@ -64,7 +64,7 @@ pub fn row_residual(impulse: f64, velocity_error: f64, (lo, hi): (f64, f64), inv
 
 /// The smaller number, or the NaN among them: f64::min would hide it.
 #[inline]
-pub(crate) fn least(a: f64, b: f64) -> f64 {
+fn least(a: f64, b: f64) -> f64 {
     if a < b || a.is_nan() { a } else { b }
 }
 

@@ -8,7 +8,7 @@ use super::normals::Normals;
 use crate::linear::Envelope;
 
 use crate::problem::{ContactProblem, Impulse, Impulses, Twist};
-use crate::residual::Residual;
+use crate::residual::{Residual, residual_of_normals};
 use crate::watch::{Progress, Watch};
 use carom_math::{Column, Space};
 
@@ -40,6 +40,8 @@ pub struct Frictionless<S: Space> {
     right: Vec<f64>,
     matrix: Envelope,
     given: Impulses<S>,
+    /// What impulses make of their contacts, for the residual.
+    pressed: Vec<f64>,
     after: Vec<Twist<S>>,
 }
 
@@ -89,7 +91,7 @@ impl<S: Space> Frictionless<S> {
             impulses.contacts[k as usize] = Impulse { normal: z, tangent: S::Slip::ZERO };
         }
         // measured by the velocities themselves, as everybody else does
-        let residual = self.normals.residual(problem, &self.z, &mut self.after);
+        let residual = residual_of_normals(problem, impulses, (&mut self.pressed, &mut self.after));
         if !(residual.absolute <= tolerance) {
             impulses.copy_from(&self.given);
             return None;

@@ -2,8 +2,7 @@
 //! share, q = J v - target. Contacts stand in the order in which a walk over the bodies comes to them (Cuthill and McKee
 //! 1969), so that those who share a body are near each other. Knows no method.
 
-use crate::problem::{Contact, ContactProblem, InverseMass, Twist};
-use crate::residual::{Entry, Residual, least};
+use crate::problem::{Contact, ContactProblem, InverseMass};
 use carom_math::{Column, Inertia, Space};
 
 /// A contact's normal row on one of its bodies: a direction with its sign, its moment, and what the inverse inertia makes of that.
@@ -95,34 +94,6 @@ impl<S: Space> Normals<S> {
     pub fn velocity_after(&self, i: usize, z: &[f64]) -> f64 {
         let others: f64 = self.row(i).map(|(j, w)| w * z[j]).sum();
         self.velocity[i] + self.diagonal[i] * z[i] + others
-    }
-
-    /// What impulses leave, measured by the velocities that they give and not by W; with memory for these.
-    pub fn residual(&self, problem: &ContactProblem<S>, z: &[f64], after: &mut Vec<Twist<S>>) -> Residual {
-        after.clone_from(&problem.velocities);
-        let rows = || self.order.iter().zip(&self.sides).zip(z);
-        for ((&k, [a, b]), &z) in rows().filter(|(_, z)| **z != 0.0) {
-            let force = problem.contacts[k as usize].normal * z;
-            let (a, b) = ((a.body as usize, a.turn), (b.body as usize, b.turn));
-            after[a.0].linear += force * problem.inverse_masses[a.0].linear;
-            after[a.0].angular += a.1 * z;
-            after[b.0].linear -= force * problem.inverse_masses[b.0].linear;
-            after[b.0].angular += b.1 * z;
-        }
-        let (mut absolute, mut worst) = (0.0, None);
-        for (((&k, [a, b]), &z), own) in rows().zip(&self.diagonal) {
-            let c = &problem.contacts[k as usize];
-            let (v, w) = (&after[a.body as usize], &after[b.body as usize]);
-            let turning = a.moment.dot(v.angular) + b.moment.dot(w.angular);
-            let left = c.normal.dot(v.linear - w.linear) + turning - c.target;
-            let value = least(z * own, left).abs();
-            let value = if value.is_nan() { f64::INFINITY } else { value };
-            if value > absolute {
-                (absolute, worst) = (value, Some(Entry::Contact(k as usize)));
-            }
-        }
-        let scale = self.velocity.iter().fold(f64::MIN_POSITIVE, |scale, q| scale.max(-q));
-        Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
     }
 
     /// True where the graph is that of the problem before: the order and who touches whom stand. Takes it in otherwise.
