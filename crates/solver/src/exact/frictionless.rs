@@ -6,7 +6,6 @@
 
 use super::normals::Normals;
 use crate::linear::Envelope;
-
 use crate::problem::{ContactProblem, Impulse, Impulses, Twist};
 use crate::residual::{Residual, residual_of_normals};
 use crate::watch::{Progress, Watch};

@@ -166,7 +166,7 @@ impl<S: Space> Normals<S> {
         }
     }
 
-    /// The order backwards: its envelope is never larger, and mostly smaller (George and Liu 1981).
+    /// The order backwards: the envelope of all contacts is never larger, and mostly smaller (George and Liu 1981).
     fn turn_round(&mut self) {
         self.order.reverse();
         for (place, &k) in self.order.iter().enumerate() {

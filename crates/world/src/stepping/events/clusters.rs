@@ -54,7 +54,7 @@ pub enum LeftOut {
     NotYet,
     /// They are left out.
     Now,
-    /// One of them was to press after all: none is left out any more.
+    /// None is left out any more: they were looked at, or the round to come is the last.
     NoMore,
 }
 

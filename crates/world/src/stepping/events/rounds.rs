@@ -381,8 +381,7 @@ impl<S: Geometry> Together<'_, S> {
         }
     }
 
-    /// Leaves contacts that do not press out of the rounds of balls in heaps once it shows who presses: they are half of
-    /// all. A cluster's last round is one of all its contacts.
+    /// Leaves contacts that do not press out of the rounds of balls in heaps once it shows who presses. A cluster's last round is one of all its contacts.
     fn leave_out(&self, rounds: &mut Rounds<S>) {
         let is_heap = self.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
         let Rounds { clusters, last, jointed, .. } = rounds;
@@ -419,8 +418,8 @@ impl<S: Geometry> Together<'_, S> {
                 velocity += contact.normal_velocity(&rounds.before);
             }
             rounds.last.problem.contacts[k] = contact;
-            let off = (contact.target - velocity).max(0.0);
-            rounds.clusters.leaves(k, off);
+            let off = contact.target - velocity;
+            rounds.clusters.leaves(k, off.max(0.0));
             // false for NaN
             let is_within = off <= self.limits.tolerance;
             if !is_within {
