@@ -89,13 +89,34 @@ pub(crate) fn ball_on_wall<S: Kernel>(
     wall_is_a: bool,
     margin: f64,
 ) -> Option<ContactPoint<S>> {
-    let Facing { gap, outward, curvature } = wall.facing(ball.center_from(wall.origin()));
-    let gap = gap - ball.radius;
+    let center = ball.pose.position + ball.center_from(ball.pose.position);
+    on_wall((ball.center_from(wall.origin()), center), ball.radius, (wall, wall_is_a), margin)
+}
+
+/// The same of a ball about the origin of its frame, whose turn does not matter.
+#[inline]
+pub(crate) fn plain_ball_on_wall<S: Kernel>(
+    (place, radius): (S::Vector, f64),
+    wall: (&Wall<S>, bool),
+    margin: f64,
+) -> Option<ContactPoint<S>> {
+    on_wall((place - wall.0.origin(), place + S::Vector::ZERO), radius, wall, margin)
+}
+
+/// The contact of a ball and a wall from the way to the ball's centre from the wall's origin, and that centre.
+#[inline(always)]
+fn on_wall<S: Kernel>(
+    (offset, center): (S::Vector, S::Vector),
+    radius: f64,
+    (wall, wall_is_a): (&Wall<S>, bool),
+    margin: f64,
+) -> Option<ContactPoint<S>> {
+    let Facing { gap, outward, curvature } = wall.facing(offset);
+    let gap = gap - radius;
     if gap > margin {
         return None;
     }
-    let point =
-        ball.pose.position + ball.center_from(ball.pose.position) - outward * (ball.radius + 0.5 * gap);
+    let point = center - outward * (radius + 0.5 * gap);
     let label = Label { a: [0, NONE], b: [NONE, NONE] };
     let normal = if wall_is_a { -outward } else { outward };
     Some(ContactPoint { feature: mix(0, label.code()), point, normal, gap, curvature })

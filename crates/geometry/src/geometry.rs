@@ -152,6 +152,15 @@ pub trait Geometry: Space {
         margin: f64,
         out: &mut Vec<ContactPoint<Self>>,
     ) -> bool;
+    /// The contact point of a ball about the origin of its frame, which stands at a place \[m\], and a posed half-space or
+    /// cavity, if there is one with a gap up to `margin` \[m\]: what `contacts` finds, bit by bit; `wall_is_a` says which of
+    /// the two comes first. `None` where these are other shapes.
+    fn contact_with_wall(
+        ball: (&Self::Collider, Self::Vector),
+        wall: (&Self::Collider, &Pose<Self>),
+        wall_is_a: bool,
+        margin: f64,
+    ) -> Option<Option<ContactPoint<Self>>>;
     /// True for a shape of faces, edges and corners alone, none of them rounded: while it turns by little, the points in which
     /// it touches stay on the same corners and edges.
     fn is_angular(collider: &Self::Collider) -> bool;

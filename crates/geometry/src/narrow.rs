@@ -2,7 +2,7 @@
 //! facets are asked what their seams allow, patches with one normal keep a few points. One text for both spaces;
 //! stateless. Knows no bodies.
 
-use crate::balls::{Ball, ball_on_wall, two_balls, two_plain_balls};
+use crate::balls::{Ball, ball_on_wall, plain_ball_on_wall, two_balls, two_plain_balls};
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::few::Few;
 use crate::geometry::{ContactPoint, Guess};
@@ -121,6 +121,20 @@ pub(crate) fn contact_of_balls<S: Kernel>(
         None => return false,
     }
     true
+}
+
+/// The contact point of a ball about the origin of its frame, which stands at a place, and a posed wall, if there is one with
+/// a gap up to `margin` \[m\]: what `contacts` finds, bit for bit, without the ball's pose. Nothing where these are other
+/// shapes.
+#[inline]
+pub(crate) fn contact_with_wall<S: Kernel>(
+    (ball, place): (&Collider<S>, S::Vector),
+    (wall, pose): (&Collider<S>, &Pose<S>),
+    wall_is_a: bool,
+    margin: f64,
+) -> Option<Option<ContactPoint<S>>> {
+    let (radius, wall) = (plain_radius(ball)?, Wall::of(&wall.form, pose)?);
+    Some(plain_ball_on_wall((place, radius), (&wall, wall_is_a), margin))
 }
 
 /// The radius of a ball about its frame's origin.

@@ -73,6 +73,15 @@ impl Geometry for Spatial {
     ) -> bool {
         narrow::contact_of_balls(a, b, margin, out)
     }
+    #[inline]
+    fn contact_with_wall(
+        ball: (&Self::Collider, Self::Vector),
+        wall: (&Self::Collider, &Pose<Self>),
+        wall_is_a: bool,
+        margin: f64,
+    ) -> Option<Option<ContactPoint<Self>>> {
+        narrow::contact_with_wall(ball, wall, wall_is_a, margin)
+    }
     fn is_angular(collider: &Self::Collider) -> bool {
         collider.is_angular()
     }

@@ -88,6 +88,54 @@ fn balls_touch_by_their_places_as_by_their_poses() {
     by_places::<Planar>((&disc(0.3), &disc(0.5)), &others, |random| random.pose2(0.6));
 }
 
+/// Balls on walls whose places say all, and other shapes, of which they do not.
+fn on_walls<S: Geometry>(
+    ball: &S::Shape,
+    walls: &[S::Shape],
+    others: &[S::Shape],
+    mut pose: impl FnMut(&mut Random) -> Pose<S>,
+) {
+    let a = collider::<S>(ball);
+    let mut random = Random::new(7);
+    for wall in walls.iter().map(collider::<S>) {
+        let mut met = 0;
+        for k in 0..500 {
+            let (at, of_wall, wall_is_a) = (pose(&mut random), pose(&mut random), k % 2 == 0);
+            let mut known = Vec::new();
+            if wall_is_a {
+                S::contacts(&wall, &of_wall, &a, &at, 0.3, &mut known);
+            } else {
+                S::contacts(&a, &at, &wall, &of_wall, 0.3, &mut known);
+            }
+            let found = S::contact_with_wall((&a, at.position), (&wall, &of_wall), wall_is_a, 0.3);
+            assert_eq!(found.expect("a ball and a wall").as_slice(), known);
+            met += known.len();
+        }
+        assert!(met > 100, "only {met} contacts");
+        let (at, of_wall) = (S::Vector::ZERO, Pose::default());
+        for other in others.iter().map(collider::<S>) {
+            assert!(S::contact_with_wall((&other, at), (&wall, &of_wall), false, 9.0).is_none());
+        }
+        assert!(S::contact_with_wall((&a, at), (&a, &of_wall), false, 9.0).is_none());
+    }
+}
+
+#[test]
+fn balls_touch_walls_by_their_places_as_by_their_poses() {
+    let ball = |radius| SpatialShape::Sphere { radius };
+    let walls = [SpatialShape::HalfSpace { normal: Z }, SpatialShape::Cavity { radius: 0.9 }];
+    let aside = SpatialPart { pose: at3(1.0, 0.0, 0.0), shape: ball(0.3) };
+    let others = [
+        SpatialShape::Capsule { radius: 0.3, length: 1.0 },
+        SpatialShape::Compound { parts: vec![aside] },
+        SpatialShape::HalfSpace { normal: Z },
+    ];
+    on_walls::<Spatial>(&ball(0.3), &walls, &others, |random| random.pose3(0.6));
+    let walls = [PlanarShape::HalfPlane { normal: vec2(0.6, 0.8) }, PlanarShape::Cavity { radius: 0.9 }];
+    let others = [PlanarShape::HalfPlane { normal: vec2(0.6, 0.8) }];
+    on_walls::<Planar>(&PlanarShape::Circle { radius: 0.3 }, &walls, &others, |random| random.pose2(0.6));
+}
+
 #[test]
 fn balls_with_one_centre_still_push_each_other() {
     let ball = SpatialShape::Sphere { radius: 0.5 };

@@ -133,6 +133,19 @@ pub trait ImpulseSolver<S: Space>: Send {
     fn alone_on_normal(&self, _approach: f64, _normal_mass: f64) -> Option<f64> {
         None
     }
+    /// Finds the impulses of those contacts of a problem of nothing but contacts without friction that are `asked` for, whole
+    /// islands all at once, to a tolerance \[m/s\] and with at most so many factorisations, and leaves it to the caller to
+    /// measure them; iterations, and factorisations among them. `None`, and the impulses are as they were, where the solver has
+    /// no such way or does not come to its end.
+    fn all_on_normals(
+        &mut self,
+        _asked: (&ContactProblem<S>, &[bool]),
+        _limits: (f64, usize),
+        _impulses: &mut Impulses<S>,
+        _watch: &mut Watch,
+    ) -> Option<(usize, usize)> {
+        None
+    }
     /// What `solve` would come to on a problem of this contact alone, between bodies of these inverse masses and velocities,
     /// from nothing, with its report where anything presses. `None` where the solver would not do it at once.
     fn solve_alone(

@@ -103,6 +103,49 @@ pub(crate) fn residual_of_normals<S: Space>(
     impulses: &Impulses<S>,
     (pressed, after): (&mut Vec<f64>, &mut Vec<Twist<S>>),
 ) -> Residual {
+    let mut all = LargestOfNormals::default();
+    each_of_normals(problem, impulses, (pressed, after), |i, left| all.add(i, left));
+    all.residual()
+}
+
+/// What a contact without friction leaves: its residual, and the scale of that \[m/s\].
+pub(crate) type Left = (f64, f64);
+
+/// The largest of what contacts without friction leave.
+pub(crate) struct LargestOfNormals {
+    absolute: f64,
+    scale: f64,
+    worst: Option<Entry>,
+}
+
+impl Default for LargestOfNormals {
+    fn default() -> Self {
+        LargestOfNormals { absolute: 0.0, scale: f64::MIN_POSITIVE, worst: None }
+    }
+}
+
+impl LargestOfNormals {
+    #[inline]
+    pub fn add(&mut self, i: usize, (value, scale): Left) {
+        self.scale = self.scale.max(scale);
+        if value > self.absolute {
+            (self.absolute, self.worst) = (value, Some(Entry::Contact(i)));
+        }
+    }
+    pub fn residual(&self) -> Residual {
+        let relative = (self.absolute / self.scale).min(f64::MAX);
+        Residual { absolute: self.absolute, relative, worst: self.worst }
+    }
+}
+
+/// Tells what each contact leaves of a problem of contacts without friction and nothing else; memory as above.
+#[inline]
+pub(crate) fn each_of_normals<S: Space>(
+    problem: &ContactProblem<S>,
+    impulses: &Impulses<S>,
+    (pressed, after): (&mut Vec<f64>, &mut Vec<Twist<S>>),
+    mut tell: impl FnMut(usize, Left),
+) {
     let masses = &problem.inverse_masses;
     pressed.clear();
     pressed.reserve(problem.contacts.len());
@@ -118,19 +161,14 @@ pub(crate) fn residual_of_normals<S: Space>(
         (after[c.a], after[c.b]) = (a, b);
         pressed.push(g.normal / (1.0 / row.inverse_effective_mass));
     }
-    let (mut scale, mut absolute, mut worst) = (f64::MIN_POSITIVE, 0.0, None);
     for (i, (c, &pressed)) in problem.contacts.iter().zip(&*pressed).enumerate() {
         let moments = (S::moment(c.arm_a, c.normal), S::moment(c.arm_b, c.normal));
         let velocity = |v: &[Twist<S>]| along(&c.normal, &moments, &v[c.a], &v[c.b]);
         let before = velocity(&problem.velocities);
-        scale = scale.max(c.target - before).max(f64::EPSILON * before.abs());
+        let scale = (c.target - before).max(f64::EPSILON * before.abs());
         let value = least(pressed, velocity(after) - c.target).abs();
-        let value = if value.is_nan() { f64::INFINITY } else { value };
-        if value > absolute {
-            (absolute, worst) = (value, Some(Entry::Contact(i)));
-        }
+        tell(i, (if value.is_nan() { f64::INFINITY } else { value }, scale));
     }
-    Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
 }
 
 /// The same of a contact that is alone between its bodies, which have these velocities without it; where it is

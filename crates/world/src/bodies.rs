@@ -227,7 +227,32 @@ impl<S: Geometry> Bodies<S> {
                 return;
             }
         }
+        for (ball, wall) in [(a, b), (b, a)] {
+            let is_ball = self.data[ball].turning_arm == 0.0;
+            let found = if is_ball {
+                self.with_wall((ball, self.shape_place(ball)), wall, ball == b, margin)
+            } else {
+                None
+            };
+            if let Some(found) = found {
+                out.extend(found);
+                return;
+            }
+        }
         S::contacts(ca, &self.shape_pose(a), cb, &self.shape_pose(b), margin, out);
+    }
+    /// The contact point of a ball, whose shape stands at a place, and a body that is a wall, if there is one with a gap up to a
+    /// margin \[m\]; `None` where the two are no such pair.
+    #[inline]
+    pub(crate) fn with_wall(
+        &self,
+        (ball, place): (usize, S::Vector),
+        wall: usize,
+        wall_is_a: bool,
+        margin: f64,
+    ) -> Option<Option<ContactPoint<S>>> {
+        let (of_ball, of_wall) = (self.data[ball].collider.as_ref()?, self.data[wall].collider.as_ref()?);
+        S::contact_with_wall((of_ball, place), (of_wall, &self.shape_pose(wall)), wall_is_a, margin)
     }
     /// Sets velocities from momenta (p, L): v = p/m, w = I^-1 L. Obstacles are left alone.
     pub fn set_momenta(&mut self, i: usize, momentum: S::Vector, spin_momentum: S::Spin) {

@@ -110,9 +110,9 @@ impl<S: Space> WarmStart<S> {
     }
     /// Adds another group's forces, and what it tells of its contacts; `sort` them when all are in.
     pub(crate) fn take_over(&mut self, other: WarmStart<S>, memory: Memory) {
-        self.forces.extend(other.forces);
-        self.moments.extend(other.moments);
-        self.rows.extend(other.rows);
+        hand_over(&mut self.forces, other.forces);
+        hand_over(&mut self.moments, other.moments);
+        hand_over(&mut self.rows, other.rows);
         self.contacts.take_over(memory);
     }
     /// Puts all lists in order.
@@ -144,5 +144,14 @@ impl<S: Space> WarmStart<S> {
                 *m = c.moment_to_frame(self.moments[k].1 * dt);
             }
         }
+    }
+}
+
+/// Appends a list to another; where there is nothing yet, it takes its place.
+pub(crate) fn hand_over<T>(list: &mut Vec<T>, more: Vec<T>) {
+    if list.is_empty() {
+        *list = more;
+    } else {
+        list.extend(more);
     }
 }

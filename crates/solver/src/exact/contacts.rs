@@ -62,6 +62,15 @@ impl<S: Space> ImpulseSolver<S> for ExactContacts<S> {
     fn alone_on_normal(&self, approach: f64, normal_mass: f64) -> Option<f64> {
         on_normal(approach, normal_mass)
     }
+    fn all_on_normals(
+        &mut self,
+        asked: (&ContactProblem<S>, &[bool]),
+        limits: (f64, usize),
+        impulses: &mut Impulses<S>,
+        watch: &mut Watch,
+    ) -> Option<(usize, usize)> {
+        self.frictionless.find(asked, limits, impulses, watch)
+    }
     fn work(
         &mut self,
         problem: &ContactProblem<S>,

@@ -39,6 +39,7 @@ pub struct Frictionless<S: Space> {
     right: Vec<f64>,
     matrix: Envelope,
     given: Impulses<S>,
+    asked: Vec<bool>,
     /// What impulses make of their contacts, for the residual.
     pressed: Vec<f64>,
     after: Vec<Twist<S>>,
@@ -65,11 +66,37 @@ impl<S: Space> Frictionless<S> {
         impulses: &mut Impulses<S>,
         watch: &mut Watch,
     ) -> Option<Ended> {
+        self.given.copy_from(impulses);
+        let mut asked = std::mem::take(&mut self.asked);
+        asked.clear();
+        asked.resize(problem.contacts.len(), true);
+        let found = self.find((problem, &asked), (tolerance, budget), impulses, watch);
+        self.asked = asked;
+        let (iterations, factorisations) = found?;
+        // measured by the velocities themselves, as everybody else does
+        let residual = residual_of_normals(problem, impulses, (&mut self.pressed, &mut self.after));
+        if !(residual.absolute <= tolerance) {
+            impulses.copy_from(&self.given);
+            return None;
+        }
+        Some(Ended { residual, iterations, factorisations })
+    }
+
+    /// The same of the contacts that are asked for, by the velocities that W says, for who measures the impulses; iterations,
+    /// and factorisations among them.
+    pub fn find(
+        &mut self,
+        (problem, asked): (&ContactProblem<S>, &[bool]),
+        (tolerance, budget): (f64, usize),
+        impulses: &mut Impulses<S>,
+        watch: &mut Watch,
+    ) -> Option<(usize, usize)> {
         let is_large = |contacts: usize| contacts > FEW;
-        if is_large(problem.contacts.len()) != is_large(self.normals.count()) {
+        let count = asked.iter().filter(|asked| **asked).count();
+        if is_large(count) != is_large(self.normals.count()) {
             std::mem::swap(&mut self.normals, &mut self.others);
         }
-        self.normals.update(problem);
+        self.normals.update(problem, asked);
         self.begin(impulses);
         let (mut sweeps, mut factorisations) = (0, 0);
         let mut worst = self.worst();
@@ -85,17 +112,10 @@ impl<S: Space> Frictionless<S> {
         if !(worst.0 <= tolerance) {
             return None;
         }
-        self.given.copy_from(impulses);
         for (&k, &z) in self.normals.order.iter().zip(&self.z) {
             impulses.contacts[k as usize] = Impulse { normal: z, tangent: S::Slip::ZERO };
         }
-        // measured by the velocities themselves, as everybody else does
-        let residual = residual_of_normals(problem, impulses, (&mut self.pressed, &mut self.after));
-        if !(residual.absolute <= tolerance) {
-            impulses.copy_from(&self.given);
-            return None;
-        }
-        Some(Ended { residual, iterations: sweeps + factorisations, factorisations })
+        Some((sweeps + factorisations, factorisations))
     }
 
     /// The given impulses, and the velocities after them.
@@ -229,6 +249,7 @@ impl<S: Space> Frictionless<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ImpulseSolver;
     use crate::problem::{Contact, InverseMass};
     use crate::watch::unwatched;
     use carom_math::{Spatial, Sym3, Vec3, vec3};
@@ -304,5 +325,67 @@ mod tests {
         let given = found.clone();
         let ended = Frictionless::default().solve(&problem, (1e-13, 2000), &mut found, &mut unwatched);
         assert!(ended.is_none() && found == given);
+    }
+
+    /// Balls in a row of which some do not touch the next, one that leaves the ground, and one alone that presses.
+    fn islands() -> ContactProblem<Spatial> {
+        let push = |k: usize| match k {
+            12 => vec3(0.0, 0.0, 1.0),
+            13 => vec3(0.0, 0.0, -1.0),
+            _ => vec3((1.7 * k as f64).sin() - 0.1 * k as f64, 0.2, (2.3 * k as f64).cos() - 0.4),
+        };
+        let mut problem = row(14, push);
+        for a in [5, 9, 12, 13] {
+            problem.contacts.retain(|c| (c.a, c.b) != (a, a - 1));
+        }
+        problem
+    }
+
+    fn climbed(
+        problem: &ContactProblem<Spatial>,
+        given: &Impulses<Spatial>,
+    ) -> (Impulses<Spatial>, crate::Outcome) {
+        let mut solver = crate::methods::ladder::Ladder::new("exact", &[crate::SolverKind::Exact]);
+        let settings = crate::SolveSettings { tolerance: 1e-13, ..crate::SolveSettings::default() };
+        let mut found = given.clone();
+        let outcome = solver.solve(problem, &settings, &mut found);
+        (found, outcome)
+    }
+
+    #[test]
+    fn islands_that_are_solved_all_at_once_come_out_as_each_by_itself() {
+        let problem = islands();
+        let (found, outcome) = climbed(&problem, &Impulses::zero(&problem));
+        let kinds: Vec<_> = outcome.islands.iter().map(|i| (i.contacts, i.bodies, i.first_body)).collect();
+        assert_eq!(kinds, [(9, 5, 0), (7, 4, 5), (5, 3, 9), (1, 1, 13)], "who leaves is in no island");
+        assert!(outcome.residual.absolute <= 1e-13 && outcome.stop == crate::Stop::Converged);
+        let largest = outcome.islands.iter().map(|i| i.residual).fold(0.0, f64::max);
+        assert_eq!(largest, outcome.residual.absolute);
+        for island in &outcome.islands {
+            let is_in =
+                |c: &Contact<Spatial>| (island.first_body..island.first_body + island.bodies).contains(&c.a);
+            let mut own = problem.clone();
+            own.contacts.retain(is_in);
+            let (alone, report) = climbed(&own, &Impulses::zero(&own));
+            assert!((report.islands[0].relative_residual - island.relative_residual).abs() < 1e-12);
+            let mine = problem.contacts.iter().zip(&found.contacts).filter(|(c, _)| is_in(c));
+            for ((_, mine), alone) in mine.zip(&alone.contacts) {
+                assert!((mine.normal - alone.normal).abs() < 1e-12, "{mine:?} {alone:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_island_that_is_singular_takes_the_others_nothing() {
+        let mut problem = islands();
+        let twice = problem.contacts[0];
+        problem.contacts.push(twice);
+        let (found, outcome) = climbed(&problem, &Impulses::zero(&problem));
+        assert!(outcome.residual.absolute <= 1e-13, "{outcome:?}");
+        assert_eq!(outcome.islands.len(), 4);
+        let (known, _) = climbed(&islands(), &Impulses::zero(&islands()));
+        for (found, known) in found.contacts.iter().zip(&known.contacts).skip(9) {
+            assert!((found.normal - known.normal).abs() < 1e-12);
+        }
     }
 }

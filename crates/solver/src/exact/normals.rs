@@ -51,15 +51,18 @@ pub struct Normals<S: Space> {
     touching: Vec<u32>,
     place: Vec<u32>,
     is_seen: Vec<bool>,
+    /// The last contact of each set that hangs together, as a walk comes to them.
+    ends: Vec<u32>,
     /// The root of each body's inverse mass.
     roots: Vec<f64>,
     graph: Graph,
 }
 
-/// Who touches whom, and which bodies stand.
+/// Who touches whom, which contacts are asked for, and which bodies stand.
 #[derive(Clone, Debug, Default)]
 struct Graph {
     pairs: Vec<(u32, u32)>,
+    asked: Vec<bool>,
     is_fixed: Vec<bool>,
 }
 
@@ -67,13 +70,15 @@ struct Graph {
 const NONE: u32 = u32::MAX;
 
 impl<S: Space> Normals<S> {
-    /// Takes a problem with contacts alone.
-    pub fn update(&mut self, problem: &ContactProblem<S>) {
-        if !self.is_known(problem) {
+    /// Takes the contacts that are asked for of a problem with contacts alone.
+    pub fn update(&mut self, problem: &ContactProblem<S>, asked: &[bool]) {
+        if !self.is_known(problem, asked) {
             self.find_touching(problem);
-            self.walk(problem, 0);
-            let farthest = self.order.last().map_or(0, |k| *k as usize);
-            self.walk(problem, farthest);
+            // each set that hangs together from where a first walk through it ends
+            self.walk(problem, 0..asked.len());
+            let ends = std::mem::take(&mut self.ends);
+            self.walk(problem, ends.iter().map(|&k| k as usize));
+            self.ends = ends;
             self.turn_round();
         }
         self.find_sides(problem);
@@ -97,13 +102,16 @@ impl<S: Space> Normals<S> {
     }
 
     /// True where the graph is that of the problem before: the order and who touches whom stand. Takes it in otherwise.
-    fn is_known(&mut self, problem: &ContactProblem<S>) -> bool {
-        let Graph { pairs, is_fixed } = &mut self.graph;
+    fn is_known(&mut self, problem: &ContactProblem<S>, now_asked: &[bool]) -> bool {
+        let Graph { pairs, asked, is_fixed } = &mut self.graph;
         let now = problem.contacts.iter().map(|c| (c.a as u32, c.b as u32));
         let fixed = problem.inverse_masses.iter().map(InverseMass::is_fixed);
-        if now.clone().eq(pairs.iter().copied()) && fixed.clone().eq(is_fixed.iter().copied()) {
+        let is_same = now_asked == *asked && now.clone().eq(pairs.iter().copied());
+        if is_same && fixed.clone().eq(is_fixed.iter().copied()) {
             return true;
         }
+        asked.clear();
+        asked.extend_from_slice(now_asked);
         pairs.clear();
         pairs.extend(now);
         is_fixed.clear();
@@ -120,11 +128,12 @@ impl<S: Space> Normals<S> {
         bodies.resize(count + 2, 0);
         // one place further than it begins: filling brings each to its own
         let sides = |c: &Contact<S>| [c.a, c.b].into_iter().filter(moves);
-        problem.contacts.iter().flat_map(sides).for_each(|b| bodies[b + 2] += 1);
+        let contacts = || problem.contacts.iter().enumerate().filter(|(k, _)| self.graph.asked[*k]);
+        contacts().flat_map(|(_, c)| sides(c)).for_each(|b| bodies[b + 2] += 1);
         (2..count + 2).for_each(|b| bodies[b] += bodies[b - 1]);
         self.touching.clear();
         self.touching.resize(bodies[count + 1] as usize, 0);
-        for (k, c) in problem.contacts.iter().enumerate() {
+        for (k, c) in contacts() {
             for b in sides(c) {
                 self.touching[bodies[b + 1] as usize] = k as u32;
                 bodies[b + 1] += 1;
@@ -132,18 +141,18 @@ impl<S: Space> Normals<S> {
         }
     }
 
-    /// Puts the contacts in the order in which a walk from one comes to them.
-    fn walk(&mut self, problem: &ContactProblem<S>, from: usize) {
-        let Normals { order, place, is_seen, bodies, touching, .. } = self;
-        let count = problem.contacts.len();
+    /// Puts the contacts in the order in which walks come to them that begin at these, and notes where each walk ends.
+    fn walk(&mut self, problem: &ContactProblem<S>, from: impl Iterator<Item = usize>) {
+        let Normals { order, place, is_seen, bodies, touching, graph, ends, .. } = self;
         order.clear();
+        ends.clear();
         place.clear();
-        place.resize(count, NONE);
+        place.resize(problem.contacts.len(), NONE);
         is_seen.clear();
         is_seen.resize(problem.inverse_masses.len(), false);
         let mut next = 0;
-        for first in std::iter::once(from).chain(0..count) {
-            if place[first] != NONE {
+        for first in from {
+            if place[first] != NONE || !graph.asked[first] {
                 continue;
             }
             place[first] = order.len() as u32;
@@ -163,6 +172,7 @@ impl<S: Space> Normals<S> {
                     }
                 }
             }
+            ends.extend(order.last());
         }
     }
 

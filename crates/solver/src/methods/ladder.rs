@@ -2,13 +2,15 @@
 //! the residual is above the tolerance; the best impulses of all stages are kept. An island where nothing presses
 //! is done without any solver. With one rung this is "solve per island". Knows no method.
 
+mod normals;
+
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
 use crate::islands::{Islands, Part};
 use crate::outcome::{AtOnce, IslandReport, Outcome, StageReport, Stages, Stop};
 use crate::prepared::{ContactRow, Prepared, PreparedContact};
 use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
 use crate::residual::{
-    Entry, Residual, residual, residual_alone, residual_in, residual_of_normals, residual_on_normal,
+    Entry, Left, Residual, residual, residual_alone, residual_in, residual_of_normals, residual_on_normal,
 };
 use crate::watch::Watch;
 use carom_math::{Column, Space};
@@ -26,6 +28,9 @@ pub struct Ladder<S: Space> {
     /// What impulses make of contacts without friction, and velocities after all impulses.
     pressed: Vec<f64>,
     after: Vec<Twist<S>>,
+    /// Which contacts are solved all at once, and what each leaves.
+    asked: Vec<bool>,
+    left: Vec<Left>,
 }
 
 /// What a climb came to; the best impulses are in the part afterwards.
@@ -50,6 +55,8 @@ impl<S: Space> Ladder<S> {
             prepared: Prepared::default(),
             pressed: Vec::new(),
             after: Vec::new(),
+            asked: Vec::new(),
+            left: Vec::new(),
         }
     }
 
@@ -251,6 +258,10 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
         self.islands.update(problem);
         let normals_alone = problem.is_of_normals();
         if normals_alone {
+            if let Some(outcome) = self.on_normals(problem, settings, impulses, watch) {
+                return outcome;
+            }
+            impulses.copy_from(&self.given);
             // their residual needs no rows
             self.prepared.contacts.clear();
         } else {

@@ -7,9 +7,12 @@ use super::together::LastFlow;
 use crate::narrow_phase::Touch;
 use crate::observe::event_log::{Acted, EventKind, EventLog, PieceKind};
 use crate::observe::report::SolveReport;
-use crate::warm_start::WarmStart;
+use crate::warm_start::{WarmStart, hand_over};
 use carom_geometry::Geometry;
 use carom_solver::{AtOnce, Contact, ContactProblem, Impulse, Impulses, SolveSettings, Stop, Twist};
+
+/// Contacts that a body of a heap has for its own, about: room for them.
+const CONTACTS: usize = 4;
 
 /// What the bodies that are alone did in a step.
 pub struct Alone<S: Geometry> {
@@ -99,13 +102,14 @@ impl<S: Geometry> Alone<S> {
             report: None,
         }
     }
-    /// Makes room for so many members.
-    pub(super) fn reserve(&mut self, members: usize) {
+    /// Makes room for so many members, and for the contacts of others behind theirs.
+    pub(super) fn reserve(&mut self, members: usize, others: usize) {
+        let contacts = members + CONTACTS * others;
         self.members.reserve(members);
         self.velocities.reserve(members);
-        self.last.touches.reserve(members);
-        self.last.problem.contacts.reserve(members);
-        self.last.impulses.contacts.reserve(members);
+        self.last.touches.reserve(contacts);
+        self.last.problem.contacts.reserve(contacts);
+        self.last.impulses.contacts.reserve(contacts);
         let (forces, memory) = &mut self.told;
         forces.forces.reserve(members);
         memory.turned.reserve(members);
@@ -155,11 +159,12 @@ impl<S: Geometry> Alone<S> {
         self.velocities.push(rules.summed(passage));
     }
 
-    /// Takes in its contact and what that tells the next step; `known` is what the step before told.
-    pub(super) fn hold(&mut self, held: &Held<S>, rules: &Rules, known: &Memory) {
-        self.count(held);
-        if held.impulse.normal > 0.0 {
-            let (forces, memory) = &mut self.told;
+    /// Takes in what contacts tell the next step, which asks for them by their names: in that order. `known` is what the step
+    /// before told.
+    pub(super) fn remember(&mut self, all: &mut [&Held<S>], rules: &Rules, known: &Memory) {
+        all.sort_unstable_by_key(|held| held.contact.id);
+        let (forces, memory) = &mut self.told;
+        for held in all {
             let id = held.contact.id;
             forces.add(&held.contact, &held.impulse, rules.dt);
             let turned = held.turned.max(rules.faded * known.turned(id));
@@ -170,6 +175,11 @@ impl<S: Geometry> Alone<S> {
                 memory.pressed.push(id);
             }
         }
+    }
+
+    /// Takes in its contact.
+    pub(super) fn hold(&mut self, held: &Held<S>) {
+        self.count(held);
         self.last.touches.push(held.touch);
         self.last.problem.contacts.push(held.contact);
         self.last.impulses.contacts.push(held.impulse);
@@ -197,15 +207,6 @@ impl<S: Geometry> Alone<S> {
             report.worst = (left.absolute > 0.0).then_some(pair);
         }
         report.islands.push(found.island(1, held.body, None));
-    }
-}
-
-/// Appends a list to another; where there is nothing yet, it takes its place.
-fn hand_over<T>(list: &mut Vec<T>, more: Vec<T>) {
-    if list.is_empty() {
-        *list = more;
-    } else {
-        list.extend(more);
     }
 }
 

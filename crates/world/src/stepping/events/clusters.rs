@@ -320,7 +320,8 @@ impl<S: Geometry> Part<S> {
         problem.friction_law = whole.friction_law;
         let mut impulses = Impulses::zero(&problem);
         let is_in = |k: &usize| chosen[clusters.of_contact[*k]] && !clusters.is_out[*k];
-        let contacts: Vec<usize> = (0..whole.contacts.len()).filter(is_in).collect();
+        let mut contacts = Vec::with_capacity(whole.contacts.len());
+        contacts.extend((0..whole.contacts.len()).filter(is_in));
         problem.contacts.extend(contacts.iter().map(|&k| whole.contacts[k]));
         impulses.contacts.clear();
         impulses.contacts.extend(contacts.iter().map(|&k| last.impulses.contacts[k]));

@@ -117,12 +117,12 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             self.tell_flow(k, &at, end);
             self.keep(&mut at);
         }
-        let movers: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
+        let movers: Vec<usize> = self.bodies.dynamic().collect();
         let mut deep = vec![false; self.bodies.len()];
         self.overlapping(&mut deep);
         if deep.contains(&true) || self.bodies.torn() > self.common.limits.torn() {
             let mut at = self.gather(&movers, self.common.limits.dt);
-            let moved = at.project(&mut self.tools)?;
+            let moved = at.project(None, &mut self.tools)?;
             self.tell_gap(moved, Gap::Projected, &movers);
             self.keep(&mut at);
         }

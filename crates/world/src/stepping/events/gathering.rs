@@ -71,7 +71,9 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             self.slots[a] != NONE && self.slots[b] != NONE
         };
         let pairs: Vec<usize> = if MANY * movers.len() > self.bodies.len() {
-            (0..candidates.pairs.len()).filter(is_here).collect()
+            let mut pairs = Vec::with_capacity(candidates.pairs.len());
+            pairs.extend((0..candidates.pairs.len()).filter(is_here));
+            pairs
         } else {
             let all = movers.iter().flat_map(|&i| candidates.of_body(i)).copied();
             let mut pairs: Vec<usize> = all.filter(is_here).collect();

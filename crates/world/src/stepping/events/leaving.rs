@@ -66,7 +66,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
     pub(super) fn leave_alone(&mut self) -> Vec<usize> {
         let common = self.common;
         let (settings, limits) = (common.settings, &common.limits);
-        let movers: Vec<usize> = (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i)).collect();
+        let movers: Vec<usize> = self.bodies.dynamic().collect();
         let asks = self.tools.tape.is_some() || !self.bodies.joints.is_empty();
         if asks || settings.impulses != ImpulseChoice::Any {
             self.begin_ways();
@@ -86,12 +86,14 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             passages.is_alone[i] = self.pass(i, &rules, &mut passages.all[i], &mut found).is_some();
         }
         self.keep_from_meeting(&mut passages, &mut found);
-        let others: Vec<usize> = movers.iter().copied().filter(|&i| !passages.is_alone[i]).collect();
+        let mut others = Vec::with_capacity(movers.len());
+        others.extend(movers.iter().copied().filter(|&i| !passages.is_alone[i]));
         if !others.is_empty() {
             self.begin_ways();
         }
         let mut alone = std::mem::replace(&mut self.alone, Alone::nobody(0));
-        alone.reserve(movers.len() - others.len());
+        alone.reserve(movers.len() - others.len(), others.len());
+        let mut pressing = Vec::with_capacity(alone.members.capacity());
         let (mut ledger, mut paid, mut fallen) = (Ledger::default(), 0.0, 0.0);
         for &i in &movers {
             let Some(passage) = passages.of_body(i) else { continue };
@@ -103,9 +105,11 @@ impl<S: Geometry> Timeline<'_, '_, S> {
             (paid, fallen) = (paid + weighed[0], fallen + weighed[1]);
             alone.add(i, passage, &rules);
             if let Some(held) = held {
-                alone.hold(held, &rules, &common.warm.contacts);
+                alone.hold(held);
+                pressing.extend((held.impulse.normal > 0.0).then_some(held));
             }
         }
+        alone.remember(&mut pressing, &rules, &common.warm.contacts);
         ledger.integrator = paid - fallen;
         self.ledger.add(&ledger);
         self.events.islands += alone.members.len();

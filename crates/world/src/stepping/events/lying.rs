@@ -120,7 +120,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let m = &self.bodies.motion;
         let point = self.point_of(lying, (&m.rotation[lying.0], m.position[lying.0]), margin, found)?;
         found.touches.clear();
-        touches_of(self.bodies, self.common.settings, lying.1, &found.points, &mut found.touches);
+        touches_of(self.bodies, self.common.settings, lying.1, &[point], &mut found.touches);
         Some((found.touches[0], point.feature))
     }
 
@@ -134,6 +134,13 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         found: &mut Found<S>,
     ) -> Option<ContactPoint<S>> {
         let bodies = &*self.bodies;
+        let data = &bodies.data[i];
+        if data.turning_arm == 0.0 && data.mass_properties.center == S::Vector::ZERO {
+            let obstacle = if pair.0 == i { pair.1 } else { pair.0 };
+            if let Some(point) = bodies.with_wall((i, place), obstacle, pair.1 == i, margin) {
+                return point;
+            }
+        }
         let (ca, cb) = (bodies.data[pair.0].collider.as_ref()?, bodies.data[pair.1].collider.as_ref()?);
         let pose = |k: usize| {
             let center = bodies.data[k].mass_properties.center;

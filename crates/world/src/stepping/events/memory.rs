@@ -8,6 +8,7 @@ use super::limits::Limits;
 use super::rounds::Rounds;
 use super::slipping::{NO_SLIP, STOPPED, slip_of};
 use super::together::Together;
+use crate::warm_start::hand_over;
 use carom_geometry::Geometry;
 use carom_math::Column;
 use carom_solver::Twist;
@@ -41,9 +42,9 @@ pub(super) fn faded(time: f64, limits: &Limits) -> f64 {
 impl Memory {
     /// Adds what others remember.
     pub fn take_over(&mut self, others: Memory) {
-        self.pressed.extend(others.pressed);
-        self.stuck.extend(others.stuck);
-        self.turned.extend(others.turned);
+        hand_over(&mut self.pressed, others.pressed);
+        hand_over(&mut self.stuck, others.stuck);
+        hand_over(&mut self.turned, others.turned);
     }
     /// True for a contact that pressed.
     pub(super) fn has_pressed(&self, id: u64) -> bool {
@@ -60,7 +61,8 @@ impl Memory {
     /// Puts the lists in order.
     pub fn sort(&mut self) {
         for names in [&mut self.pressed, &mut self.stuck] {
-            names.sort_unstable();
+            // lists in order, one after another
+            names.sort();
             names.dedup();
         }
         self.turned.sort_by_key(|t| t.0);

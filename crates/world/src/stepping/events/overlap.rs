@@ -5,6 +5,7 @@
 use super::together::{Halt, Together, Tools};
 use crate::assembly;
 use crate::bodies::Motion;
+use crate::narrow_phase::Touch;
 use crate::observe::accounts::Motive;
 use crate::observe::energy::Energy;
 use crate::observe::report::SolveReport;
@@ -17,13 +18,17 @@ const ROUNDS: usize = 8;
 const CLOSED: f64 = 1e-13;
 
 impl<S: Geometry> Together<'_, S> {
-    /// Removes overlaps beyond the limit; true when there were any.
-    pub fn project(&mut self, tools: &mut Tools<S>) -> Result<bool, Halt> {
+    /// Removes overlaps beyond the limit; true when there were any. `known` are the contacts that touch where that is known.
+    pub fn project(&mut self, known: Option<&[Touch<S>]>, tools: &mut Tools<S>) -> Result<bool, Halt> {
         let before = Energy::of(&self.bodies, self.settings.gravity).total();
         let marks = self.accounts.marks(&self.bodies, self.settings.gravity);
         let mut start: Option<Motion<S>> = None;
         for _ in 0..ROUNDS {
-            let (deepest, torn) = (self.deepest(), self.bodies.torn());
+            let deepest = match known.filter(|_| start.is_none()) {
+                Some(touches) => self.deepest_of(touches),
+                None => self.deepest(),
+            };
+            let torn = self.bodies.torn();
             // joints are closed to rounding once anything is moved, and left alone otherwise
             let closed = torn <= if start.is_some() { CLOSED } else { self.limits.torn() };
             if deepest == 0.0 && closed {
@@ -48,10 +53,17 @@ impl<S: Geometry> Together<'_, S> {
         for k in 0..self.pairs.len() {
             self.find(self.pairs[k], 0.0, &mut touches);
         }
-        let beyond = touches
-            .iter()
-            .filter(|t| -t.gap > self.limits.overlap(&self.bodies.data[t.a], &self.bodies.data[t.b]));
-        beyond.fold(0.0, |d: f64, t| d.max(-t.gap))
+        self.deepest_of(&touches)
+    }
+
+    /// The same of these contacts.
+    fn deepest_of(&self, touches: &[Touch<S>]) -> f64 {
+        touches.iter().filter(|t| self.is_deep(t)).fold(0.0, |d: f64, t| d.max(-t.gap))
+    }
+
+    /// True for a contact that overlaps by more than the limit.
+    pub fn is_deep(&self, t: &Touch<S>) -> bool {
+        -t.gap > self.limits.overlap(&self.bodies.data[t.a], &self.bodies.data[t.b])
     }
 
     /// Size of the largest joint \[m\].

@@ -25,8 +25,7 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         let mut sets = self.touching_sets(&at, &touches);
         let mut loud = vec![false; self.bodies.len()];
         for t in &touches {
-            let deep = -t.gap > at.limits.overlap(&at.bodies.data[t.a], &at.bodies.data[t.b]);
-            if deep || at.strikes(t) {
+            if at.is_deep(t) || at.strikes(t) {
                 let mover = if at.bodies.is_dynamic(t.a) { t.a } else { t.b };
                 loud[sets.root(at.members[mover])] = true;
             }
@@ -38,13 +37,16 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
         let (mut struck, quiet): (Vec<usize>, Vec<usize>) = all.iter().partition(|&&i| loud[sets.root(i)]);
         struck.sort_by_key(|&i| (sets.root(i), i));
         let at_once = self.common.settings.events.plastic_arrivals == PlasticArrivals::WithinTheStep;
+        let mut stands = true;
         for set in struck.chunk_by(|&i, &j| sets.root(i) == sets.root(j)) {
             let mut part = self.gather(set, 0.0);
-            let moved = part.project(&mut self.tools)?;
+            let known = between(&touches, &at.members, &part.members);
+            let moved = part.project(Some(&known), &mut self.tools)?;
             self.tell_gap(moved, Gap::Projected, set);
             if at_once {
-                let touches = part.touches();
-                part.strike(&touches, &mut self.tools)?;
+                let known = if moved { part.touches() } else { known };
+                stands &= !moved;
+                part.strike(&known, &mut self.tools)?;
                 self.keep(&mut part);
             } else {
                 self.lay_out(part, 0.0, 0, 0)?;
@@ -54,7 +56,8 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             self.share(at, touches)?;
         } else if at_once || !quiet.is_empty() {
             let mut rest = self.gather(if at_once { &all } else { &quiet }, 0.0);
-            let touches = rest.touches();
+            // blows change velocities alone
+            let touches = if stands { between(&touches, &at.members, &rest.members) } else { rest.touches() };
             self.share(rest, touches)?;
         }
         for (pair, &(a, b)) in self.common.candidates.pairs.iter().enumerate() {
@@ -210,4 +213,13 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             self.enter(part, start, active, course);
         }
     }
+}
+
+/// Those of a set's contacts that are between a part of its bodies, in the part's indices; both are given by their members.
+fn between<S: Geometry>(touches: &[Touch<S>], members: &[usize], part: &[usize]) -> Vec<Touch<S>> {
+    let slots: Vec<Option<usize>> = members.iter().map(|i| part.binary_search(i).ok()).collect();
+    let local = |t: &Touch<S>| Some(Touch { a: slots[t.a]?, b: slots[t.b]?, ..*t });
+    let mut found = Vec::with_capacity(touches.len());
+    found.extend(touches.iter().filter_map(local));
+    found
 }
