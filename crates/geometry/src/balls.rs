@@ -1,6 +1,7 @@
 //! Contact of balls with balls and walls: closed forms, for both spaces. The general way gives the same to rounding and
 //! takes ten times as long; balls are what heaps are made of.
 
+use crate::collider::Collider;
 use crate::geometry::ContactPoint;
 use crate::kernel::{Kernel, Label, NONE, mix, scale};
 use crate::wall::{Facing, Wall};
@@ -93,14 +94,17 @@ pub(crate) fn ball_on_wall<S: Kernel>(
     on_wall((ball.center_from(wall.origin()), center), ball.radius, (wall, wall_is_a), margin)
 }
 
-/// The same of a ball about the origin of its frame, whose turn does not matter.
+/// The same of a ball about the origin of its frame, whose turn does not matter; nothing where the other is no wall.
 #[inline]
 pub(crate) fn plain_ball_on_wall<S: Kernel>(
     (place, radius): (S::Vector, f64),
-    wall: (&Wall<S>, bool),
+    (wall, pose): (&Collider<S>, &Pose<S>),
+    wall_is_a: bool,
     margin: f64,
-) -> Option<ContactPoint<S>> {
-    on_wall((place - wall.0.origin(), place + S::Vector::ZERO), radius, wall, margin)
+) -> Option<Option<ContactPoint<S>>> {
+    let wall = Wall::of(&wall.form, pose)?;
+    let ways = (place - wall.origin(), place + S::Vector::ZERO);
+    Some(on_wall(ways, radius, (&wall, wall_is_a), margin))
 }
 
 /// The contact of a ball and a wall from the way to the ball's centre from the wall's origin, and that centre.

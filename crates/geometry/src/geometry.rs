@@ -143,20 +143,20 @@ pub trait Geometry: Space {
         guess: &mut Guess<Self>,
         out: &mut Vec<ContactPoint<Self>>,
     );
-    /// Appends the contact point of two balls about the origins of their frames, which stand at these places \[m\], with a gap
-    /// up to `margin` \[m\]: what `contacts` finds, bit by bit. False, and nothing is done, where other shapes take part or the
-    /// places are one.
+    /// The radius of a ball about the origin of its frame \[m\]; `None` of other shapes.
+    fn ball_radius(collider: &Self::Collider) -> Option<f64>;
+    /// The contact point of two balls about the origins of their frames, from their places and radii \[m\], if there is one
+    /// with a gap up to `margin` \[m\]: what `contacts` finds, bit by bit. `None` where the places are one.
     fn contact_of_balls(
-        a: (&Self::Collider, Self::Vector),
-        b: (&Self::Collider, Self::Vector),
+        a: (Self::Vector, f64),
+        b: (Self::Vector, f64),
         margin: f64,
-        out: &mut Vec<ContactPoint<Self>>,
-    ) -> bool;
-    /// The contact point of a ball about the origin of its frame, which stands at a place \[m\], and a posed half-space or
-    /// cavity, if there is one with a gap up to `margin` \[m\]: what `contacts` finds, bit by bit; `wall_is_a` says which of
-    /// the two comes first. `None` where these are other shapes.
+    ) -> Option<Option<ContactPoint<Self>>>;
+    /// The contact point of a ball about the origin of its frame, of which place and radius are given \[m\], and a posed
+    /// half-space or cavity, if there is one with a gap up to `margin` \[m\]: what `contacts` finds, bit by bit; `wall_is_a`
+    /// says which of the two comes first. `None` where the other shape is no wall.
     fn contact_with_wall(
-        ball: (&Self::Collider, Self::Vector),
+        ball: (Self::Vector, f64),
         wall: (&Self::Collider, &Pose<Self>),
         wall_is_a: bool,
         margin: f64,

@@ -2,7 +2,7 @@
 //! facets are asked what their seams allow, patches with one normal keep a few points. One text for both spaces;
 //! stateless. Knows no bodies.
 
-use crate::balls::{Ball, ball_on_wall, plain_ball_on_wall, two_balls, two_plain_balls};
+use crate::balls::{Ball, ball_on_wall, two_balls};
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::few::Few;
 use crate::geometry::{ContactPoint, Guess};
@@ -105,41 +105,8 @@ pub(crate) fn touch_once<S: Kernel>(a: &Collider<S>, b: &Collider<S>) -> bool {
     (ball(a) && (ball(b) || wall(b))) || (wall(a) && ball(b))
 }
 
-/// Appends the contact point of two balls about the origins of their frames, which stand at these places, with a gap up to
-/// `margin` \[m\]: what `contacts` finds, bit for bit, without poses. False, and nothing is done, where other shapes take part.
-#[inline]
-pub(crate) fn contact_of_balls<S: Kernel>(
-    (a, place_a): (&Collider<S>, S::Vector),
-    (b, place_b): (&Collider<S>, S::Vector),
-    margin: f64,
-    out: &mut Vec<ContactPoint<S>>,
-) -> bool {
-    let (Some(radius_a), Some(radius_b)) = (plain_radius(a), plain_radius(b)) else { return false };
-    match two_plain_balls((place_a, radius_a), (place_b, radius_b), margin) {
-        Some(Some(point)) => out.push(point),
-        Some(None) => {}
-        None => return false,
-    }
-    true
-}
-
-/// The contact point of a ball about the origin of its frame, which stands at a place, and a posed wall, if there is one with
-/// a gap up to `margin` \[m\]: what `contacts` finds, bit for bit, without the ball's pose. Nothing where these are other
-/// shapes.
-#[inline]
-pub(crate) fn contact_with_wall<S: Kernel>(
-    (ball, place): (&Collider<S>, S::Vector),
-    (wall, pose): (&Collider<S>, &Pose<S>),
-    wall_is_a: bool,
-    margin: f64,
-) -> Option<Option<ContactPoint<S>>> {
-    let (radius, wall) = (plain_radius(ball)?, Wall::of(&wall.form, pose)?);
-    Some(plain_ball_on_wall((place, radius), (&wall, wall_is_a), margin))
-}
-
 /// The radius of a ball about its frame's origin.
-#[inline]
-fn plain_radius<S: Kernel>(c: &Collider<S>) -> Option<f64> {
+pub(crate) fn ball_radius<S: Kernel>(c: &Collider<S>) -> Option<f64> {
     match &*c.form {
         Form::Convex(core, radius) => (S::only_point(core)? == S::Vector::ZERO).then_some(*radius),
         _ => None,

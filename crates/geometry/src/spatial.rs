@@ -11,7 +11,7 @@ use crate::mesh;
 use crate::planar::{check_parts, longest_side, part_pose};
 use crate::polytope::Polytope;
 use crate::shape::{SpatialPart, SpatialShape};
-use crate::{mass_spatial, narrow, query};
+use crate::{balls, mass_spatial, narrow, query};
 use carom_math::{Column, Pose, Spatial, Vec3, vec3};
 use std::sync::Arc;
 
@@ -64,23 +64,25 @@ impl Geometry for Spatial {
     ) {
         narrow::contacts(a, pose_a, b, pose_b, margin, guess, out);
     }
+    fn ball_radius(collider: &Self::Collider) -> Option<f64> {
+        narrow::ball_radius(collider)
+    }
     #[inline]
     fn contact_of_balls(
-        a: (&Self::Collider, Self::Vector),
-        b: (&Self::Collider, Self::Vector),
+        a: (Self::Vector, f64),
+        b: (Self::Vector, f64),
         margin: f64,
-        out: &mut Vec<ContactPoint<Self>>,
-    ) -> bool {
-        narrow::contact_of_balls(a, b, margin, out)
+    ) -> Option<Option<ContactPoint<Self>>> {
+        balls::two_plain_balls(a, b, margin)
     }
     #[inline]
     fn contact_with_wall(
-        ball: (&Self::Collider, Self::Vector),
+        ball: (Self::Vector, f64),
         wall: (&Self::Collider, &Pose<Self>),
         wall_is_a: bool,
         margin: f64,
     ) -> Option<Option<ContactPoint<Self>>> {
-        narrow::contact_with_wall(ball, wall, wall_is_a, margin)
+        balls::plain_ball_on_wall(ball, wall, wall_is_a, margin)
     }
     fn is_angular(collider: &Self::Collider) -> bool {
         collider.is_angular()

@@ -92,6 +92,8 @@ pub struct BodyData<S: Geometry> {
     /// Farthest that turning can carry a point of the surface, per radian \[m\]: 0 for discs and balls about their
     /// centre of mass, infinite for half-planes.
     pub turning_arm: f64,
+    /// Radius of a disc or ball about its centre of mass \[m\]: its place says all of it.
+    pub ball_radius: Option<f64>,
     /// The shape has faces, edges and corners alone.
     pub is_angular: bool,
     /// Coefficient of friction \[1\].
@@ -201,12 +203,6 @@ impl<S: Geometry> Bodies<S> {
     pub fn rotational_energy(&self, i: usize) -> f64 {
         0.5 * self.spin_momentum(i).dot(self.motion.angular_velocity[i])
     }
-    /// Place of the shape's own frame.
-    #[inline]
-    pub fn shape_place(&self, i: usize) -> S::Vector {
-        let (center, place) = (self.data[i].mass_properties.center, self.motion.position[i]);
-        if center == S::Vector::ZERO { place } else { place - self.motion.rotation[i].rotate(center) }
-    }
     /// Pose of the shape's own frame: the centre of mass is at its local `center`.
     #[inline]
     pub fn shape_pose(&self, i: usize) -> Pose<S> {
@@ -220,39 +216,17 @@ impl<S: Geometry> Bodies<S> {
     pub(crate) fn contact_points(&self, (a, b): (usize, usize), margin: f64, out: &mut Vec<ContactPoint<S>>) {
         let (one, other) = (&self.data[a], &self.data[b]);
         let (Some(ca), Some(cb)) = (&one.collider, &other.collider) else { return };
-        // no point of either is carried anywhere by turning: balls, of which the places say all
-        if one.turning_arm == 0.0 && other.turning_arm == 0.0 {
-            let places = (self.shape_place(a), self.shape_place(b));
-            if S::contact_of_balls((ca, places.0), (cb, places.1), margin, out) {
-                return;
-            }
-        }
-        for (ball, wall) in [(a, b), (b, a)] {
-            let is_ball = self.data[ball].turning_arm == 0.0;
-            let found = if is_ball {
-                self.with_wall((ball, self.shape_place(ball)), wall, ball == b, margin)
-            } else {
-                None
-            };
-            if let Some(found) = found {
-                out.extend(found);
-                return;
-            }
+        let place = |i: usize| self.motion.position[i];
+        let known = match (one.ball_radius, other.ball_radius) {
+            (Some(r), Some(s)) => S::contact_of_balls((place(a), r), (place(b), s), margin),
+            (Some(r), None) => S::contact_with_wall((place(a), r), (cb, &self.shape_pose(b)), false, margin),
+            (None, Some(s)) => S::contact_with_wall((place(b), s), (ca, &self.shape_pose(a)), true, margin),
+            (None, None) => None,
+        };
+        if let Some(found) = known {
+            return out.extend(found);
         }
         S::contacts(ca, &self.shape_pose(a), cb, &self.shape_pose(b), margin, out);
-    }
-    /// The contact point of a ball, whose shape stands at a place, and a body that is a wall, if there is one with a gap up to a
-    /// margin \[m\]; `None` where the two are no such pair.
-    #[inline]
-    pub(crate) fn with_wall(
-        &self,
-        (ball, place): (usize, S::Vector),
-        wall: usize,
-        wall_is_a: bool,
-        margin: f64,
-    ) -> Option<Option<ContactPoint<S>>> {
-        let (of_ball, of_wall) = (self.data[ball].collider.as_ref()?, self.data[wall].collider.as_ref()?);
-        S::contact_with_wall((of_ball, place), (of_wall, &self.shape_pose(wall)), wall_is_a, margin)
     }
     /// Sets velocities from momenta (p, L): v = p/m, w = I^-1 L. Obstacles are left alone.
     pub fn set_momenta(&mut self, i: usize, momentum: S::Vector, spin_momentum: S::Spin) {
@@ -307,6 +281,7 @@ impl<S: Geometry> Bodies<S> {
             principal,
             axes,
             extent: spec.shape.as_ref().map_or(0.0, S::extent),
+            ball_radius: ball_radius::<S>(collider.as_ref(), mass_properties.center),
             turning_arm: turning_arm::<S>(spec.shape.as_ref(), collider.as_ref(), mass_properties.center),
             is_angular: collider.as_ref().is_some_and(S::is_angular),
             mass_properties,
@@ -415,6 +390,11 @@ fn turning_arm<S: Geometry>(
     let corner =
         S::Vector::from_fn(|k| (bounds.max[k] - center[k]).abs().max((bounds.min[k] - center[k]).abs()));
     corner.norm()
+}
+
+/// Radius of a ball about its centre of mass.
+fn ball_radius<S: Geometry>(collider: Option<&S::Collider>, center: S::Vector) -> Option<f64> {
+    S::ball_radius(collider?).filter(|_| center == S::Vector::ZERO)
 }
 
 /// The name that differs least from a word.

@@ -176,8 +176,10 @@ impl<S: Space> Frictionless<S> {
                 }
             }
             if wrong == 0 {
-                self.z.iter_mut().for_each(|z| *z = z.max(0.0));
-                self.follow();
+                if self.z.iter().any(|z| *z < 0.0) {
+                    self.z.iter_mut().for_each(|z| *z = z.max(0.0));
+                    self.follow();
+                }
                 return Some(round);
             }
             let residual = self.worst().0;

@@ -46,6 +46,7 @@ impl<S: Geometry> BodyData<S> {
             collider: self.collider.clone(),
             extent: self.extent,
             turning_arm: self.turning_arm,
+            ball_radius: self.ball_radius,
             is_angular: self.is_angular,
             friction: self.friction,
             rolling_friction: self.rolling_friction,

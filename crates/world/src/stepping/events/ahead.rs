@@ -274,9 +274,15 @@ impl<S: Geometry> Together<'_, S> {
     /// What is slowed, and to which normal velocities \[m/s\]: what touches does not come nearer, what is ahead no faster
     /// than its gap allows.
     fn to_slow(&self, touches: &[Touch<S>], ahead: &Ahead<S>, rest: f64) -> (Vec<Touch<S>>, Vec<f64>) {
-        let holding = touches.iter().filter(|t| !ahead.names.contains(&t.id));
-        let holding = holding.map(|t| (*t, normal_velocity(&self.bodies, t).min(0.0)));
-        holding.chain(ahead.touches.iter().map(|t| (*t, -t.gap.max(0.0) / rest))).unzip()
+        let most = touches.len() + ahead.touches.len();
+        let (mut slowed, mut targets) = (Vec::with_capacity(most), Vec::with_capacity(most));
+        for t in touches.iter().filter(|t| !ahead.names.contains(&t.id)) {
+            slowed.push(*t);
+            targets.push(normal_velocity(&self.bodies, t).min(0.0));
+        }
+        slowed.extend_from_slice(&ahead.touches);
+        targets.extend(ahead.touches.iter().map(|t| -t.gap.max(0.0) / rest));
+        (slowed, targets)
     }
 }
 

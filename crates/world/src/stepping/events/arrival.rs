@@ -186,14 +186,11 @@ impl<S: Geometry> Arrivals<S> {
         self.points.clear();
         let data = &search.bodies.data;
         if let (Some(ca), Some(cb)) = (&data[a].collider, &data[b].collider) {
-            // balls about their centres of mass
-            let is_ball =
-                |i: usize| data[i].turning_arm == 0.0 && data[i].mass_properties.center == S::Vector::ZERO;
             let [one, other] = states.map(|s| s.position);
-            if is_ball(a)
-                && is_ball(b)
-                && S::contact_of_balls((ca, one), (cb, other), margin, &mut self.points)
+            if let (Some(r), Some(s)) = (data[a].ball_radius, data[b].ball_radius)
+                && let Some(found) = S::contact_of_balls((one, r), (other, s), margin)
             {
+                self.points.extend(found);
                 return states;
             }
             let place = |i: usize, s: &State<S>| {

@@ -134,14 +134,14 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         found: &mut Found<S>,
     ) -> Option<ContactPoint<S>> {
         let bodies = &*self.bodies;
-        let data = &bodies.data[i];
-        if data.turning_arm == 0.0 && data.mass_properties.center == S::Vector::ZERO {
-            let obstacle = if pair.0 == i { pair.1 } else { pair.0 };
-            if let Some(point) = bodies.with_wall((i, place), obstacle, pair.1 == i, margin) {
+        let (ca, cb) = (bodies.data[pair.0].collider.as_ref()?, bodies.data[pair.1].collider.as_ref()?);
+        if let Some(radius) = bodies.data[i].ball_radius {
+            let (wall, wall_is_a) = if pair.0 == i { ((cb, pair.1), false) } else { ((ca, pair.0), true) };
+            let wall = (wall.0, &bodies.shape_pose(wall.1));
+            if let Some(point) = S::contact_with_wall((place, radius), wall, wall_is_a, margin) {
                 return point;
             }
         }
-        let (ca, cb) = (bodies.data[pair.0].collider.as_ref()?, bodies.data[pair.1].collider.as_ref()?);
         let pose = |k: usize| {
             let center = bodies.data[k].mass_properties.center;
             match (k == i, center == S::Vector::ZERO) {

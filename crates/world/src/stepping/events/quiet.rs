@@ -52,12 +52,14 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
                 self.lay_out(part, 0.0, 0, 0)?;
             }
         }
-        if struck.is_empty() {
-            self.share(at, touches)?;
-        } else if at_once || !quiet.is_empty() {
-            let mut rest = self.gather(if at_once { &all } else { &quiet }, 0.0);
+        if struck.is_empty() || at_once {
+            at.take_motion(&self.bodies.motion);
             // blows change velocities alone
-            let touches = if stands { between(&touches, &at.members, &rest.members) } else { rest.touches() };
+            let touches = if stands { touches } else { at.touches() };
+            self.share(at, touches)?;
+        } else if !quiet.is_empty() {
+            let rest = self.gather(&quiet, 0.0);
+            let touches = between(&touches, &at.members, &rest.members);
             self.share(rest, touches)?;
         }
         for (pair, &(a, b)) in self.common.candidates.pairs.iter().enumerate() {

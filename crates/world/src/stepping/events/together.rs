@@ -191,6 +191,17 @@ impl<S: Geometry> Together<'_, S> {
         self.bodies.contact_points(pair, margin, &mut self.points);
     }
 
+    /// Brings the movable bodies to where those of the world are.
+    pub fn take_motion(&mut self, world: &Motion<S>) {
+        for (k, &i) in self.members.iter().enumerate() {
+            if self.bodies.is_dynamic(k) {
+                self.bodies.motion.position[k] = world.position[i];
+                self.bodies.motion.rotation[k] = world.rotation[i];
+                self.bodies.motion.set_twist(k, &world.twist(i));
+            }
+        }
+    }
+
     /// All contacts that touch.
     pub fn touches(&mut self) -> Vec<Touch<S>> {
         // balls in a heap have about three each, of which two bodies share one
