@@ -135,6 +135,7 @@ impl Measurement {
             ("closure", self.closure.abs() <= CLOSURE),
             ("fall", self.fall.value <= FALL),
             ("no cap", self.capped_steps == 0),
+            ("residual", self.residual <= self.choice.asked),
         ];
         match self.task.aim() {
             Aim::Rest => demands.push(("rest", self.rest.is_some())),
@@ -236,7 +237,9 @@ impl Run {
         found.lines = [ledger.projection / first, ledger.fallback / first];
         found.events.add(&report.events);
         found.capped_steps += usize::from(report.events.capped > 0);
-        found.residual = found.residual.max(report.residual());
+        if is_worse(report.residual(), found.residual) {
+            found.residual = report.residual();
+        }
         found.contacts = [report.contacts, found.contacts[1].max(report.contacts)];
     }
 
@@ -318,6 +321,8 @@ mod tests {
         assert_eq!(off(&|m| m.closure = -1.1 * CLOSURE), ["closure"]);
         assert_eq!(off(&|m| m.fall.value = 1.1 * FALL), ["fall"]);
         assert_eq!(off(&|m| m.capped_steps = 1), ["no cap"]);
+        assert_eq!(off(&|m| m.residual = 1.1 * m.choice.asked), ["residual"]);
+        assert_eq!(off(&|m| m.residual = f64::NAN), ["residual"]);
         assert_eq!(off(&|m| m.way = 1.1 * WAY), ["stands"]);
         for end in [End::Limit, End::UnderWay, End::Failed("why".into())] {
             assert_eq!(off(&|m| m.end = end.clone()), ["to the end"]);

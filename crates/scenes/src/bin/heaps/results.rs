@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(row(&m).split(',').count(), COLUMNS.split(',').count());
         assert_eq!(
             verdict(&m),
-            "gain met; overlap met; closure met; fall met; no cap met; stands met; to the end met"
+            "gain met; overlap met; closure met; fall met; no cap met; residual met; stands met; to the end met"
         );
         m.end = End::Failed("a, b".into());
         assert_eq!(row(&m).split(',').count(), COLUMNS.split(',').count());

@@ -55,6 +55,12 @@ fn slowing<'a, S: Geometry>(
     Push { touches, targets, velocities, time: 0.0, cause: Cause::Impact }
 }
 
+/// How near bodies may be at the end of a flow in which they could fall so far \[m\] to come in with others, and how deep they
+/// may overlap there without coming in, of those with corners and of balls; what has arrived overlaps by less than `arrived`.
+fn bounds_at_end(has_corners: bool, fallen: f64, arrived: f64) -> (f64, f64) {
+    if has_corners { (NEAR * fallen, (LEFT * fallen).max(arrived)) } else { (0.0, arrived) }
+}
+
 /// Normal velocity of a contact for given velocities of all bodies.
 fn velocity_at<S: Geometry>(t: &Touch<S>, positions: &[S::Vector], twists: &[Twist<S>]) -> f64 {
     let at = |i: usize| twists[i].at(t.point - positions[i]);
@@ -151,13 +157,16 @@ impl<S: Geometry> Together<'_, S> {
         let middle = self.bodies.motion.clone();
         self.bring_to_end(&start.position, before, after, *time);
         let fallen = self.settings.gravity.norm() * time * time;
+        let arrived = self.limits.arrived;
+        let has_corners = |i: usize| self.bodies.data[i].turning_arm > 0.0;
+        let corners: Vec<bool> = (0..self.bodies.len()).map(has_corners).collect();
+        let bounds = |(a, b): (usize, usize)| bounds_at_end(corners[a] || corners[b], fallen, arrived);
         let fares_anew = |i: usize| seen.get(i) != Some(&after[i]);
         let mut found = Vec::new();
         for k in (0..self.pairs.len()).filter(|&k| !known[k]) {
             let (a, b) = self.pairs[k];
             if fares_anew(a) || fares_anew(b) {
-                let margin = if self.turns_on_corners((a, b)) { NEAR * fallen } else { 0.0 };
-                self.find((a, b), margin, &mut found);
+                self.find((a, b), bounds((a, b)).0, &mut found);
             }
         }
         seen.clone_from(after);
@@ -168,21 +177,12 @@ impl<S: Geometry> Together<'_, S> {
             plastic && active.names.binary_search(&t.id).is_err()
         });
         let missed: Vec<&Touch<S>> = missed.collect();
-        let overlaps = |t: &Touch<S>| {
-            let left = if self.turns_on_corners((t.a, t.b)) { LEFT * fallen } else { 0.0 };
-            t.gap < -left.max(self.limits.arrived)
-        };
         // where some come in, others will once these are slowed
-        let any = missed.iter().any(|t| overlaps(t));
+        let any = missed.iter().any(|t| t.gap < -bounds((t.a, t.b)).1);
         let missed = missed.into_iter().filter(|_| any);
         let missed = missed.map(|t| self.back_at_start(t, start, *time)).collect();
         self.bodies.motion.copy_from(&middle);
         missed
-    }
-
-    /// True where a body of a pair is no ball.
-    fn turns_on_corners(&self, (a, b): (usize, usize)) -> bool {
-        self.bodies.data[a].turning_arm > 0.0 || self.bodies.data[b].turning_arm > 0.0
     }
 
     /// Plastic contacts that do not act in a flow, come in on its way and are gone by its end, as they were where it began:
@@ -302,5 +302,21 @@ impl<S: Geometry> Active<S> {
         self.names.clear();
         self.names.extend(self.touches.iter().map(|t| t.id));
         self.names.sort_unstable();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn balls_come_in_as_soon_as_they_overlap_and_corners_by_a_share_of_the_fall() {
+        let (fallen, arrived) = (9.81 * 0.01 * 0.01, 1e-12);
+        assert_eq!(bounds_at_end(false, fallen, arrived), (0.0, arrived));
+        let (near, left) = bounds_at_end(true, fallen, arrived);
+        // who is nearer than a step's fall may come in with others, who overlaps by a hundredth of it comes in
+        assert!((near - fallen).abs() < 1e-15 && (left - 0.01 * fallen).abs() < 1e-15);
+        // steps so short that they fall by no more than what has arrived
+        assert_eq!(bounds_at_end(true, arrived, arrived), (arrived, arrived));
     }
 }
