@@ -9,19 +9,20 @@ use crate::residual::{LargestOfNormals, Residual, each_of_normals};
 use crate::watch::Watch;
 use carom_math::Space;
 
-/// How an island was done with.
-enum Done {
+/// How an island is done with.
+#[derive(Clone, Copy)]
+enum Way {
     /// Nothing presses.
     Idle,
-    /// It is one contact, which was solved by itself.
-    Alone(Climbed),
+    /// It is one contact, which is solved by itself.
+    Alone,
     /// With the others.
     Together,
 }
 
 impl<S: Space> Ladder<S> {
     /// Solves a problem of nothing but contacts without friction where the first solver does so at once and the residual is
-    /// within the tolerance.
+    /// within the tolerance; where not, the impulses are anything.
     pub(super) fn on_normals(
         &mut self,
         problem: &ContactProblem<S>,
@@ -32,60 +33,69 @@ impl<S: Space> Ladder<S> {
         if settings.impulses != ImpulseChoice::Any {
             return None;
         }
-        let done = self.set_apart(problem, settings, impulses)?;
+        let ways = self.ways(problem);
         let mut spent = (0, 0);
         if self.asked.contains(&true) {
             let limits = (settings.tolerance, settings.factorisations);
             let asked = (problem, self.asked.as_slice());
             spent = self.rungs[0].1.all_on_normals(asked, limits, impulses, watch)?;
         }
+        let mut climbed = Vec::with_capacity(ways.len());
+        for (island, way) in ways.iter().enumerate() {
+            climbed.push(match way {
+                Way::Alone => Some(self.alone(problem, settings, island, impulses)?),
+                Way::Idle => {
+                    let contacts = self.islands.contacts(island);
+                    contacts.iter().for_each(|&k| impulses.contacts[k] = Impulse::default());
+                    None
+                }
+                Way::Together => None,
+            });
+        }
         let residual = self.measure(problem, impulses);
         // false for NaN
         let is_within = residual.absolute <= settings.tolerance;
-        if !is_within {
-            return None;
-        }
-        let mut outcome =
-            Outcome { factorisations: spent.1, ..Outcome::new(spent.0, residual, Stop::Converged) };
-        outcome.islands.reserve(done.len());
-        for (island, done) in done.into_iter().enumerate() {
-            let climbed = match done {
-                Done::Idle => continue,
-                Done::Alone(climbed) => {
-                    outcome.iterations += climbed.stages.iter().map(|s| s.iterations).sum::<usize>();
-                    climbed
+        is_within.then(|| self.outcome(&ways, climbed, (spent, residual)))
+    }
+
+    /// How islands are done with; marks the contacts of those that are solved together.
+    fn ways(&mut self, problem: &ContactProblem<S>) -> Vec<Way> {
+        let Ladder { islands, asked, .. } = self;
+        asked.clear();
+        asked.resize(problem.contacts.len(), false);
+        let way = |island: usize| match islands.contacts(island) {
+            _ if is_idle(problem, islands, island) => Way::Idle,
+            [_] => Way::Alone,
+            contacts => {
+                contacts.iter().for_each(|&k| asked[k] = true);
+                Way::Together
+            }
+        };
+        (0..islands.count()).map(way).collect()
+    }
+
+    /// The outcome, with a report of each island where anything presses.
+    fn outcome(
+        &self,
+        ways: &[Way],
+        climbed: Vec<Option<Climbed>>,
+        ((iterations, factorisations), residual): ((usize, usize), Residual),
+    ) -> Outcome {
+        let mut outcome = Outcome::new(iterations, residual, Stop::Converged);
+        outcome.factorisations = factorisations;
+        outcome.islands.reserve(ways.len());
+        for (island, (way, alone)) in ways.iter().zip(climbed).enumerate() {
+            let climbed = match (way, alone) {
+                (Way::Together, _) => self.with_others(island, (iterations, factorisations)),
+                (_, Some(alone)) => {
+                    outcome.iterations += alone.stages.iter().map(|s| s.iterations).sum::<usize>();
+                    alone
                 }
-                Done::Together => self.with_others(island, spent),
+                _ => continue,
             };
             outcome.islands.push(self.report(island, climbed));
         }
-        Some(outcome)
-    }
-
-    /// Does with the islands that are idle or one contact, and marks the contacts of the others; `None` where one contact is
-    /// not solved by itself.
-    fn set_apart(
-        &mut self,
-        problem: &ContactProblem<S>,
-        settings: &SolveSettings,
-        impulses: &mut Impulses<S>,
-    ) -> Option<Vec<Done>> {
-        self.asked.clear();
-        self.asked.resize(problem.contacts.len(), false);
-        let mut all = Vec::with_capacity(self.islands.count());
-        for island in 0..self.islands.count() {
-            let contacts = self.islands.contacts(island);
-            all.push(if is_idle(problem, &self.islands, island) {
-                contacts.iter().for_each(|&k| impulses.contacts[k] = Impulse::default());
-                Done::Idle
-            } else if contacts.len() == 1 {
-                Done::Alone(self.alone(problem, settings, island, impulses)?)
-            } else {
-                contacts.iter().for_each(|&k| self.asked[k] = true);
-                Done::Together
-            });
-        }
-        Some(all)
+        outcome
     }
 
     /// The residual of the whole, and what each contact leaves.
