@@ -53,7 +53,9 @@ impl<'a, S: Geometry> Timeline<'a, '_, S> {
             }
         }
         if struck.is_empty() || at_once {
-            at.take_motion(&self.bodies.motion);
+            if !struck.is_empty() {
+                at.take_motion(&self.bodies.motion);
+            }
             // blows change velocities alone
             let touches = if stands { touches } else { at.touches() };
             self.share(at, touches)?;
