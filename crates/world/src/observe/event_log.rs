@@ -199,7 +199,8 @@ impl<S: Geometry> EventLog<S> {
 
     /// An empty log that takes as many records as another without growing.
     pub fn like(other: &Self) -> Self {
-        let (contacts, pieces) = (other.contacts.len(), other.pieces.len());
+        let room = |used: usize| used + used / 4;
+        let (contacts, pieces) = (room(other.contacts.len()), room(other.pieces.len()));
         EventLog { contacts: Vec::with_capacity(contacts), pieces: Vec::with_capacity(pieces), acts: 0 }
     }
 

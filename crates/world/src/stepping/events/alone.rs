@@ -111,9 +111,9 @@ impl<S: Geometry> Alone<S> {
         self.last.problem.contacts.reserve(contacts);
         self.last.impulses.contacts.reserve(contacts);
         let (forces, memory) = &mut self.told;
-        forces.forces.reserve(members);
-        memory.turned.reserve(members);
-        memory.pressed.reserve(members);
+        forces.forces.reserve(contacts);
+        memory.turned.reserve(contacts);
+        memory.pressed.reserve(contacts);
     }
 
     /// True for a body that is alone.

@@ -70,21 +70,55 @@ fn may_meet<S: Geometry>(bodies: &Bodies<S>, i: usize, j: usize) -> bool {
     moves && groups && !bodies.joints.keeps_apart(i, j)
 }
 
+/// The box of a body with a shape, around all that it may come to.
+fn box_of<S: Geometry>(bodies: &Bodies<S>, i: usize, reach: f64, limits: &Limits) -> Aabb<S> {
+    let d = &bodies.data[i];
+    let collider = d.collider.as_ref().expect("a body with a shape");
+    // pairs touch by the smaller body's size: an obstacle adds nothing
+    let touching = if d.inverse_mass > 0.0 { limits.touching(d, d) } else { 0.0 };
+    S::bounds(collider, &bodies.shape_pose(i), reach + touching)
+}
+
 impl<S: Geometry> Candidates<S> {
+    /// Finds the pairs for a step's first guess of the reaches, which bodies that may meet share.
+    pub fn begin(&mut self, bodies: &Bodies<S>, reaches: &mut [f64], limits: &Limits) {
+        self.bound(bodies, reaches, limits);
+        self.pair(bodies, reaches);
+        let own = reaches.to_vec();
+        self.share(bodies, &own, reaches);
+        if own != reaches {
+            for k in 0..self.indices.len() {
+                let i = self.indices[k];
+                if own[i] != reaches[i] {
+                    self.bounds[k] = box_of(bodies, i, reaches[i], limits);
+                }
+            }
+            self.pair(bodies, reaches);
+        }
+        self.sort_by_body(bodies.len());
+    }
+
     /// Finds the pairs for these reaches.
     pub fn update(&mut self, bodies: &Bodies<S>, reaches: &[f64], limits: &Limits) {
+        self.bound(bodies, reaches, limits);
+        self.pair(bodies, reaches);
+        self.sort_by_body(bodies.len());
+    }
+
+    /// Lays boxes around all bodies that have a shape.
+    fn bound(&mut self, bodies: &Bodies<S>, reaches: &[f64], limits: &Limits) {
         self.bounds.clear();
         self.indices.clear();
         self.movable.clear();
-        for (i, d) in bodies.data.iter().enumerate() {
-            let Some(collider) = &d.collider else { continue };
-            // pairs touch by the smaller body's size: an obstacle adds nothing
-            let touching = if d.inverse_mass > 0.0 { limits.touching(d, d) } else { 0.0 };
-            let margin = reaches[i] + touching;
-            self.bounds.push(S::bounds(collider, &bodies.shape_pose(i), margin));
+        for (i, d) in bodies.data.iter().enumerate().filter(|(_, d)| d.collider.is_some()) {
+            self.bounds.push(box_of(bodies, i, reaches[i], limits));
             self.indices.push(i);
             self.movable.push(d.inverse_mass > 0.0);
         }
+    }
+
+    /// Finds the pairs whose boxes overlap.
+    fn pair(&mut self, bodies: &Bodies<S>, reaches: &[f64]) {
         self.search(bodies, reaches);
         let (indices, bounds) = (&self.indices, &self.bounds);
         let meet = |&&(i, j): &&(u32, u32)| {
@@ -94,7 +128,6 @@ impl<S: Geometry> Candidates<S> {
         let found = self.near.iter().filter(meet);
         self.pairs.clear();
         self.pairs.extend(found.map(|&(i, j)| (indices[i as usize], indices[j as usize])));
-        self.sort_by_body(bodies.len());
     }
 
     /// Finds the pairs whose boxes overlap with room around them, unless all are still within that room.
@@ -138,9 +171,8 @@ impl<S: Geometry> Candidates<S> {
     }
 
     /// What meets a body may make it as fast as itself: each reach becomes that of the farthest-reaching body which it
-    /// may meet. True where that is more than a little.
-    pub fn share(&self, bodies: &Bodies<S>, reaches: &mut [f64]) -> bool {
-        let own = reaches.to_vec();
+    /// may meet, where that is more than a little.
+    fn share(&self, bodies: &Bodies<S>, own: &[f64], reaches: &mut [f64]) {
         for &(a, b) in &self.pairs {
             for (i, j) in [(a, b), (b, a)] {
                 if bodies.is_dynamic(i) && own[j] > LITTLE * reaches[i] {
@@ -148,7 +180,6 @@ impl<S: Geometry> Candidates<S> {
                 }
             }
         }
-        own != reaches
     }
 
     /// Bodies that a body may meet as well once reaches are so much larger than those that the pairs were found for

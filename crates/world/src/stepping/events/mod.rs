@@ -171,8 +171,9 @@ impl<S: Geometry> EventsScheme<S> {
         let origin = bodies.motion.clone();
         let mut reaches = reaches(bodies, settings, wrenches, step.dt);
         for attempt in 0.. {
-            self.candidates.update(bodies, &reaches, &limits);
-            if attempt == 0 && self.candidates.share(bodies, &mut reaches) {
+            if attempt == 0 {
+                self.candidates.begin(bodies, &mut reaches, &limits);
+            } else {
                 self.candidates.update(bodies, &reaches, &limits);
             }
             if let Some(tape) = &mut tape {
