@@ -3,6 +3,7 @@
 
 use crate::ahead::{Ahead, Couple, Mover};
 use crate::bodies::Bodies;
+use crate::joint::Joints;
 use crate::lasting::Lasting;
 use crate::material::Coefficients;
 use crate::remembered::Remembered;
@@ -178,7 +179,10 @@ impl<S: Geometry> NarrowPhase<S> {
         let lasts = soft || settings.contact_margin.is_some();
         let (pairs, remembered) = if lasts {
             let boxes = (self.bounds.as_slice(), self.movable.as_slice());
-            self.lasting.update(&mut self.broad, boxes, changed)
+            let (bounds, margins, movers) = (&self.bounds, &self.margins, &self.movers);
+            let meeting = Meeting { bounds, margins, movers, joints: &bodies.joints, soft, dt: ahead.dt };
+            let meets = |i: usize, j: usize| meeting.of(i, j).is_some();
+            self.lasting.update(&mut self.broad, boxes, changed, &meets)
         } else {
             self.lasting.forget();
             let pairs = self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair);
@@ -194,30 +198,20 @@ impl<S: Geometry> NarrowPhase<S> {
                 (self.broad.pairs(), &[][..])
             }
         };
-        let (margins, poses, bounds, ways) = (&self.margins, &self.poses, &self.bounds, &self.ways);
-        let (movers, colliders, joints) = (&self.movers, &self.colliders.0, &bodies.joints);
+        let (poses, ways, colliders) = (&self.poses, &self.ways, &self.colliders.0);
+        let (bounds, margins, movers) = (&self.bounds, &self.margins, &self.movers);
+        let meeting = Meeting { bounds, margins, movers, joints: &bodies.joints, soft, dt: ahead.dt };
         let find = |first: usize, pairs: &[(u32, u32)], found: &mut F::Findings| {
             finder.begin(found);
             for (&(i, j), place) in pairs.iter().zip(first..) {
                 let (i, j) = (i as usize, j as usize);
-                let couple = Couple { a: &movers[i], b: &movers[j] };
-                let (a, b) = couple.indices();
-                if lasts
-                    && !(bounds[i].overlaps(&bounds[j]) && couple.may_meet() && !joints.keeps_apart(a, b))
-                {
-                    continue;
-                }
-                let mut margin = margins[i] + margins[j];
-                let mut closing = None;
-                if soft && margin > couple.least_margin() {
-                    let gap = bounds[i].apart(&bounds[j]) + margin;
-                    let speed = couple.closing();
-                    margin = margin.min(couple.approach(ahead.dt, speed));
-                    closing = Some(speed);
-                    if gap > margin {
-                        continue;
-                    }
-                }
+                let couple = meeting.couple(i, j);
+                let (margin, closing) = if lasts {
+                    let Some(known) = meeting.of(i, j) else { continue };
+                    known
+                } else {
+                    (margins[i] + margins[j], None)
+                };
                 let near = Near {
                     couple,
                     colliders: [&colliders[i], &colliders[j]],
@@ -344,6 +338,44 @@ impl<S: Geometry> NarrowPhase<S> {
         self.margins[k] = room.margin;
         self.poses[k] = room.pose;
         self.bounds[k] = room.bounds;
+    }
+}
+
+/// Who meets whom in a step: what is asked of pairs whose boxes may overlap.
+struct Meeting<'a, S: Geometry> {
+    bounds: &'a [Aabb<S>],
+    margins: &'a [f64],
+    movers: &'a [Mover<S>],
+    joints: &'a Joints<S>,
+    /// They meet by their approach where that is less than the margins of their boxes.
+    soft: bool,
+    dt: f64,
+}
+
+impl<'a, S: Geometry> Meeting<'a, S> {
+    #[inline(always)]
+    fn couple(&self, i: usize, j: usize) -> Couple<'a, S> {
+        Couple { a: &self.movers[i], b: &self.movers[j] }
+    }
+
+    /// Up to which gap \[m\] contacts of a pair are looked for, and how fast it closes where that was asked \[m/s\]; nothing where
+    /// it has none.
+    #[inline(always)]
+    fn of(&self, i: usize, j: usize) -> Option<(f64, Option<f64>)> {
+        let couple = self.couple(i, j);
+        let (a, b) = couple.indices();
+        if !(self.bounds[i].overlaps(&self.bounds[j]) && couple.may_meet() && !self.joints.keeps_apart(a, b))
+        {
+            return None;
+        }
+        let margin = self.margins[i] + self.margins[j];
+        if !self.soft || margin <= couple.least_margin() {
+            return Some((margin, None));
+        }
+        let gap = self.bounds[i].apart(&self.bounds[j]) + margin;
+        let closing = couple.closing();
+        let margin = margin.min(couple.approach(self.dt, closing));
+        (gap <= margin).then_some((margin, Some(closing)))
     }
 }
 

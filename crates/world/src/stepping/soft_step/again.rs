@@ -86,10 +86,11 @@ impl<S: Geometry> Together<S> {
         let (then, back) = (seen.normal, self.against.map(|turn| turn.inverse()));
         let normal = self.turn.map_or(then, |turn| turn.rotate(then));
         let tangents = tangents_of::<S>(normal);
-        let along = tangents.map(|tangent| {
+        let along = |tangent: S::Vector| {
             let tangent = self.turn.map_or(tangent, |turn| turn.unrotate(tangent));
             back.map_or(tangent, |back| tangent + back.swing(tangent) * 0.5)
-        });
+        };
+        let along = [along(tangents[0]), along(tangents[1])];
         let mean = mean_of::<S>(&seen.points, count);
         let centre = self.along(mean + self.against(mean) * 0.5);
         Laid::new((count, &seen.points), (normal, tangents), (mean, centre), along, self.gaps(seen))

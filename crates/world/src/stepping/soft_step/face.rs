@@ -162,7 +162,9 @@ impl<S: Geometry> Laid<S> {
 /// Unit tangents of a normal; those that a space lacks are the normal.
 #[inline(always)]
 pub(super) fn tangents_of<S: Geometry>(normal: S::Vector) -> [S::Vector; 2] {
-    [0, 1].map(|k| if k < S::SLIP { S::tangent(normal, k) } else { normal })
+    let tangent = |k: usize| if k < S::SLIP { S::tangent(normal, k) } else { normal };
+    // an array's `map` is a call where it is not small
+    [tangent(0), tangent(1)]
 }
 
 /// A face as it is told of, its points in the order of their ids.
