@@ -131,7 +131,7 @@ mod tests {
                 stands_as_before: step > 0,
                 sleeps_as_before: step > 0,
             };
-            let may = |i: usize, j: usize| (i + j) % 3 != 0;
+            let may = |i: usize, j: usize| !(i + j).is_multiple_of(3);
             let (found, _) = lasting.update(&mut broad, (&bounds, &movable), changed, &may);
             let met = |i: u32, j: u32| bounds[i as usize].overlaps(&bounds[j as usize]);
             let meet = |p: &&(u32, u32)| met(p.0, p.1) && may(p.0 as usize, p.1 as usize);
