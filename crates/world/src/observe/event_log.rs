@@ -197,7 +197,7 @@ impl<S: Geometry> EventLog<S> {
         self.contacts.is_empty() && self.pieces.is_empty()
     }
 
-    /// An empty log that takes as many records as another without growing.
+    /// An empty log that takes as many records as another, and a quarter more, without growing.
     pub fn like(other: &Self) -> Self {
         let room = |used: usize| used + used / 4;
         let (contacts, pieces) = (room(other.contacts.len()), room(other.pieces.len()));
