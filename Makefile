@@ -9,7 +9,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: bench-instructions help demo test test-player test-firefox check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-hard bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
+.PHONY: bench-instructions bench-threads help demo test test-player test-firefox check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-hard bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings, replay pages and plots to out/"
@@ -23,6 +23,7 @@ help:
 	@echo "make bench-player     how long the page of 1,000 bodies takes to load, and frames per second when scrubbed"
 	@echo "make bench   milliseconds per step beside Rapier, as ratios"
 	@echo "make bench-collide    what finding contacts costs, phase by phase"
+	@echo "make bench-threads [THREADS=2]    what threads save, scheme by scheme, and that no bit depends on them"
 	@echo "make bench-instructions [CHECK=1]    instructions of the hot kernels, beside the table's; needs valgrind"
 	@echo "make bench-peers [SCENES=..] [ENGINES=..] [THREADS=1,2]    carom, Box2D, Box3D, Rapier, Jolt, MuJoCo and pymunk in one run; long"
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
@@ -152,6 +153,10 @@ bench:
 bench-collide:
 	$(CARGO) bench --quiet --locked --package carom-geometry --bench pairs
 	$(CARGO) run --quiet --release --locked --package carom-scenes --bin collide
+
+# a minute: scenes on one thread and on several, in turn
+bench-threads:
+	$(CARGO) run --quiet --release --locked --package carom-scenes --bin threads -- $(THREADS)
 
 # instructions of the hot kernels beside those of the table, by valgrind: minutes, and no matter how busy the machine is;
 # CHECK=1 leaves the table and fails where a kernel takes a twentieth more

@@ -3,11 +3,13 @@
 
 use crate::harness::*;
 use carom::{
-    BodySpec, ForceField, Geometry, Motion, OnInaccurate, Scheme, Settings, SoftSettings, World, Wrench,
+    BodySpec, ForceField, Geometry, Motion, OnInaccurate, Scheme, Settings, SoftSettings, SolverKind, World,
+    Wrench,
 };
 
 in_plane_and_space!(
     any_number_of_threads_gives_the_same_bits,
+    islands_are_solved_on_any_number_of_threads_with_the_same_bits,
     what_sleeps_sleeps_on_any_number_of_threads,
     threads_may_change_in_the_middle_of_a_run,
     a_step_that_fails_leaves_the_world_as_it_was_on_any_number_of_threads,
@@ -62,6 +64,46 @@ pub fn any_number_of_threads_gives_the_same_bits<S: Dimension>() {
             assert!(shared.0 == alone.0, "{scheme:?} on {threads} threads: bits of motion or ledger");
             assert!(shared.1 == alone.1, "{scheme:?} on {threads} threads: reports");
             assert!(shared.2 == alone.2, "{scheme:?} on {threads} threads: snapshots");
+        }
+    }
+}
+
+/// Stacks of blocks beside each other, pushed to and fro at up to a speed \[m/s\].
+fn stacks<S: Dimension>(scheme: Scheme, solver: SolverKind, push: f64) -> World<S> {
+    let settings = Settings { dt: 1.0 / 200.0, scheme, ..Settings::default() };
+    let mut w = world::<S>(Settings { solver: Some(solver), tolerance: 1e-9, ..settings });
+    add_floor(&mut w, 0.0, 0.5);
+    let mut dice = Dice(7);
+    for k in 0..24 {
+        for row in 0..3 {
+            let place = S::at(1.5 * f64::from(k) + 0.02 * f64::from(row), 0.25 + 0.5 * f64::from(row));
+            let spec = BodySpec::dense(S::block(0.5, 0.5), 800.0).at(place).friction(0.5);
+            add(
+                &mut w,
+                &format!("block {row} of {k}"),
+                spec.moving(S::at(push * dice.between(-1.0, 1.0), 0.0)),
+            );
+        }
+    }
+    w
+}
+
+/// Each stack is an island, and a solve has dozens of them: motion, ledger, reports and snapshot.
+pub fn islands_are_solved_on_any_number_of_threads_with_the_same_bits<S: Dimension>() {
+    let choices = [
+        (Scheme::FixedStep, SolverKind::Exact, 0.5, 8),
+        (Scheme::FixedStep, SolverKind::Auto, 0.5, 8),
+        // those that nothing happens to share a flow
+        (Scheme::Events, SolverKind::Exact, 0.0, 8),
+    ];
+    for (scheme, solver, push, steps) in choices {
+        let alone = told(stacks::<S>(scheme, solver, push), steps);
+        let islands = |report: &String| report.matches("IslandReport").count();
+        assert!(alone.1.iter().map(islands).max() >= Some(20), "{scheme:?} {solver:?}");
+        for threads in [2, 8] {
+            let mut w = stacks::<S>(scheme, solver, push);
+            w.set_threads(threads).unwrap();
+            assert!(told(w, steps) == alone, "{scheme:?} {solver:?} on {threads} threads");
         }
     }
 }

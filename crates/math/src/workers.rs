@@ -46,12 +46,18 @@ impl Workers {
     /// Stage s of the plan has `plan[s]` chunks. Every worker that comes takes part by a call of `part` with its turns, and
     /// each chunk is a turn of one of them. A worker that panics ends the region, and the caller panics.
     pub fn stages(&self, plan: &[u32], part: impl Fn(Turns<'_>) + Sync) {
+        self.stages_beside(plan, &part, &part);
+    }
+
+    /// The same where the caller takes part in a way of its own, with what only its thread may touch.
+    pub fn stages_beside(&self, plan: &[u32], part: impl Fn(Turns<'_>) + Sync, own: impl FnOnce(Turns<'_>)) {
         match &self.0 {
             Some(threads) if plan.iter().any(|chunks| *chunks > 1) => {
                 let board = Board::new(plan, threads.count);
-                threads.together(&|seat| part(Turns::new(plan, Some(&board), seat)));
+                let turns = |seat| Turns::new(plan, Some(&board), seat);
+                threads.together(&|seat| part(turns(seat)), || own(turns(0)));
             }
-            _ => part(Turns::new(plan, None, 0)),
+            _ => own(Turns::new(plan, None, 0)),
         }
     }
 
@@ -170,14 +176,7 @@ impl Iterator for Turns<'_> {
 
     #[inline]
     fn next(&mut self) -> Option<(usize, usize)> {
-        if let Some(board) = self.board {
-            return self.among(board);
-        }
-        while self.next >= *self.plan.get(self.stage)? {
-            (self.stage, self.next) = (self.stage + 1, 0);
-        }
-        self.next += 1;
-        Some((self.stage, self.next as usize - 1))
+        self.next_while(|| {})
     }
 }
 
@@ -189,8 +188,26 @@ impl<'a> Turns<'a> {
         Turns { plan, board, seat, stage: 0, next: 0, holds: false }
     }
 
+    /// Whose turns they are: 0 is the caller.
+    pub fn seat(&self) -> usize {
+        self.seat
+    }
+
+    /// The next turn; `waits` is called at every look for it that finds others at work.
+    #[inline]
+    pub fn next_while(&mut self, waits: impl FnMut()) -> Option<(usize, usize)> {
+        if let Some(board) = self.board {
+            return self.among(board, waits);
+        }
+        while self.next >= *self.plan.get(self.stage)? {
+            (self.stage, self.next) = (self.stage + 1, 0);
+        }
+        self.next += 1;
+        Some((self.stage, self.next as usize - 1))
+    }
+
     #[inline(never)]
-    fn among(&mut self, board: &Board) -> Option<(usize, usize)> {
+    fn among(&mut self, board: &Board, mut waits: impl FnMut()) -> Option<(usize, usize)> {
         if std::mem::take(&mut self.holds) {
             // what all did in this stage is seen by who opens the next, and by who takes a turn in that
             let done = board.done.fetch_add(1, Ordering::AcqRel) + 1;
@@ -213,6 +230,7 @@ impl<'a> Turns<'a> {
                     return Some((stage, chunk as usize));
                 }
             }
+            waits();
             if looks < Self::PATIENCE {
                 looks += 1;
                 std::hint::spin_loop();
@@ -268,10 +286,11 @@ mod threads {
             Ok(Threads { count, pool, awake: Arc::default(), process: std::process::id() })
         }
 
-        /// Calls `part` once in every worker with its seat, the caller's being 0; comes back when all did, and panics when one did.
-        pub fn together(&self, part: &(impl Fn(usize) + Sync)) {
+        /// Calls `part` once in every other worker with its seat, and `own` here, the seat of which is 0; comes back when all
+        /// did, and panics when one did.
+        pub fn together(&self, part: &(impl Fn(usize) + Sync), own: impl FnOnce()) {
             if std::process::id() != self.process {
-                return part(0);
+                return own();
             }
             for _ in self.awake.load(Ordering::Relaxed)..self.count - 1 {
                 let awake = Arc::clone(&self.awake);
@@ -286,7 +305,7 @@ mod threads {
                         here.fetch_sub(1, Ordering::Release);
                     });
                 }
-                part(0);
+                own();
                 // what is left takes less than to sleep and be woken; who panicked is not waited for here
                 let gone = || here.load(Ordering::Acquire) == 0;
                 (0..100 * PATIENCE).any(|looks| gone() || wait(looks));
@@ -340,8 +359,8 @@ mod threads {
         pub fn new(count: usize) -> Result<Self, String> {
             Ok(Threads { count })
         }
-        pub fn together(&self, part: &(impl Fn(usize) + Sync)) {
-            part(0);
+        pub fn together(&self, _part: &(impl Fn(usize) + Sync), own: impl FnOnce()) {
+            own();
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What stands by weight and friction (cases C24, C27): stacks, pyramids of boxes, a house of cards, a tower of
 //! planks.
 
+use crate::chance::Chance;
 use crate::stage::{Stage, settings};
 use carom::{BodySpec, BuildError, Planar, PlanarShape, Settings, Spatial, World, World2, World3, vec3};
 
@@ -19,6 +20,26 @@ pub fn stack<S: Stage>(count: usize, top: f64) -> Result<World<S>, BuildError> {
         let density = if k + 1 == count { top * DENSITY } else { DENSITY };
         let place = S::place(0.0, 0.5 + k as f64);
         world.add(&format!("box{k}"), BodySpec::dense(S::block(1.0, 1.0, 1.0), density).at(place))?;
+    }
+    Ok(world)
+}
+
+/// Stacks of `height` boxes of side 1 m beside each other, .5 m apart, on one floor, and each box pushed to and fro at up to
+/// .3 m/s: as many islands. Friction .5.
+///
+/// # Errors
+/// None is known; those of building a world.
+pub fn stacks<S: Stage>(count: usize, height: usize) -> Result<World<S>, BuildError> {
+    let mut world = World::new(settings::<S>(1.0 / 200.0))?;
+    world.add("floor", BodySpec::fixed(S::ground(0.0)).friction(0.5))?;
+    let mut chance = Chance::new(11);
+    for k in 0..count {
+        for row in 0..height {
+            let place = S::place(1.5 * k as f64 + chance.between(-0.03, 0.03), 0.5 + row as f64);
+            let spec = BodySpec::dense(S::block(1.0, 1.0, 1.0), DENSITY).at(place).friction(0.5);
+            let push = S::place(chance.between(-0.3, 0.3), 0.0);
+            world.add(&format!("box{k}_{row}"), spec.moving(push))?;
+        }
     }
     Ok(world)
 }

@@ -10,7 +10,7 @@ use crate::prepared::PreparedContact;
 use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
 use crate::residual::residual;
 use crate::watch::{Watch, unwatched};
-use carom_math::Space;
+use carom_math::{Space, Workers};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
@@ -118,6 +118,9 @@ pub trait ImpulseSolver<S: Space>: Send {
         impulses: &mut Impulses<S>,
         watch: &mut Watch,
     ) -> Outcome;
+    /// Shares the work of the coming solves among these workers, where the solver goes island by island: no bit of an answer
+    /// depends on their number. Others ignore it.
+    fn share(&mut self, _workers: &Workers) {}
     /// The impulse of a contact that is alone between its bodies, which have these velocities without it, from an old one:
     /// what `solve` would come to, without its preparations. `None` where the solver has no closed form of it.
     fn alone(

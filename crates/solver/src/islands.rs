@@ -237,14 +237,43 @@ impl<S: Space> Part<S> {
     }
     /// Puts the part's impulses back into those of the whole.
     pub fn give(&self, impulses: &mut Impulses<S>, islands: &Islands, island: usize) {
-        for (&k, g) in islands.contacts(island).iter().zip(&self.impulses.contacts) {
-            impulses.contacts[k] = *g;
-        }
-        for (&k, &l) in islands.rows(island).iter().zip(&self.impulses.rows) {
-            impulses.rows[k] = l;
-        }
-        for (&k, &m) in self.resistances.iter().zip(&self.impulses.moments) {
-            impulses.moments[k] = m;
-        }
+        give((&self.impulses, &self.resistances), impulses, islands, island);
+    }
+}
+
+/// Impulses of an island, for who puts them back later.
+#[derive(Clone, Debug, Default)]
+pub struct Answer<S: Space> {
+    impulses: Impulses<S>,
+    /// Resistance of the whole problem for each of the island's.
+    resistances: Vec<usize>,
+}
+
+impl<S: Space> Answer<S> {
+    /// Takes over the impulses of the island that was taken out.
+    pub fn copy_from(&mut self, part: &Part<S>) {
+        self.impulses.copy_from(&part.impulses);
+        self.resistances.clone_from(&part.resistances);
+    }
+    /// Puts them back into those of the whole.
+    pub fn give(&self, impulses: &mut Impulses<S>, islands: &Islands, island: usize) {
+        give((&self.impulses, &self.resistances), impulses, islands, island);
+    }
+}
+
+fn give<S: Space>(
+    (own, resistances): (&Impulses<S>, &[usize]),
+    impulses: &mut Impulses<S>,
+    islands: &Islands,
+    island: usize,
+) {
+    for (&k, g) in islands.contacts(island).iter().zip(&own.contacts) {
+        impulses.contacts[k] = *g;
+    }
+    for (&k, &l) in islands.rows(island).iter().zip(&own.rows) {
+        impulses.rows[k] = l;
+    }
+    for (&k, &m) in resistances.iter().zip(&own.moments) {
+        impulses.moments[k] = m;
     }
 }

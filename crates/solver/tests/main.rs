@@ -18,6 +18,7 @@ mod one_collision;
 mod pgs;
 mod residual;
 mod resistance;
+mod shared;
 mod slip_target;
 mod speed;
 mod statics;

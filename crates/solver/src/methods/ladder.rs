@@ -2,26 +2,31 @@
 //! the residual is above the tolerance; the best impulses of all stages are kept. An island where nothing presses
 //! is done without any solver. With one rung this is "solve per island". Knows no method.
 
+mod climber;
 mod normals;
+mod shared;
 
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
-use crate::islands::{Islands, Part};
-use crate::outcome::{AtOnce, IslandReport, Outcome, StageReport, Stages, Stop};
+use crate::islands::Islands;
+use crate::outcome::{AtOnce, IslandReport, Outcome, Stop};
 use crate::prepared::{ContactRow, Prepared, PreparedContact};
 use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
 use crate::residual::{
-    Entry, Left, Residual, residual, residual_alone, residual_in, residual_of_normals, residual_on_normal,
+    Entry, Left, Residual, residual_alone, residual_in, residual_of_normals, residual_on_normal,
 };
 use crate::watch::Watch;
-use carom_math::{Column, Space};
+use carom_math::{Column, Space, Workers};
+use climber::{Climbed, Climber};
+use shared::Shared;
 
 /// The ladder; holds memory between solves and the solvers' own.
 pub struct Ladder<S: Space> {
     name: &'static str,
-    rungs: Vec<(SolverKind, Box<dyn ImpulseSolver<S>>)>,
+    own: Climber<S>,
+    /// Who shares the climbs, and memory for it.
+    workers: Workers,
+    shared: Shared<S>,
     islands: Islands,
-    part: Part<S>,
-    best: Impulses<S>,
     given: Impulses<S>,
     /// The whole problem's rows, for contacts that are alone and for the residual.
     prepared: Prepared<S>,
@@ -33,24 +38,15 @@ pub struct Ladder<S: Space> {
     left: Vec<Left>,
 }
 
-/// What a climb came to; the best impulses are in the part afterwards.
-struct Climbed {
-    stages: Stages,
-    residual: Residual,
-    stop: Stop,
-    /// Told by the last stage that told any; nothing where the island is solved.
-    strict_feasibility: Option<f64>,
-}
-
 impl<S: Space> Ladder<S> {
     /// A ladder under a name, weakest solver first; at least one.
     pub fn new(name: &'static str, kinds: &[SolverKind]) -> Self {
         Ladder {
             name,
-            rungs: kinds.iter().map(|k| (*k, k.make())).collect(),
+            own: Climber::new(kinds),
+            workers: Workers::default(),
+            shared: Shared::default(),
             islands: Islands::default(),
-            part: Part::default(),
-            best: Impulses::default(),
             given: Impulses::default(),
             prepared: Prepared::default(),
             pressed: Vec::new(),
@@ -95,7 +91,7 @@ impl<S: Space> Ladder<S> {
         old: &Impulse<S>,
         tolerance: f64,
     ) -> Option<(Impulse<S>, AtOnce)> {
-        let found = self.rungs[0].1.alone(contact, law, velocities, old)?;
+        let found = self.own.first().alone(contact, law, velocities, old)?;
         let residual = residual_alone(contact, law, velocities, &found);
         Some((found, self.found_at_once(residual, tolerance)?))
     }
@@ -110,7 +106,7 @@ impl<S: Space> Ladder<S> {
     ) -> Option<(Impulse<S>, AtOnce)> {
         let row = ContactRow::new(contact, contact.normal, masses);
         let approach = row.velocity(velocities) - contact.target;
-        let normal = self.rungs[0].1.alone_on_normal(approach, 1.0 / row.inverse_effective_mass)?;
+        let normal = self.own.first().alone_on_normal(approach, 1.0 / row.inverse_effective_mass)?;
         let inverse = (masses[contact.a].linear, masses[contact.b].linear);
         let residual = residual_on_normal(&row, inverse, velocities, (normal, contact.target));
         let found = Impulse { normal, tangent: S::Slip::ZERO };
@@ -124,53 +120,7 @@ impl<S: Space> Ladder<S> {
         }
         // counted within the island
         residual.worst = (residual.absolute > 0.0).then_some(Entry::Contact(0));
-        Some(AtOnce { solver: self.rungs[0].0, residual })
-    }
-
-    /// Solves the island that was taken out.
-    fn climb(&mut self, settings: &SolveSettings, watch: &mut Watch) -> Climbed {
-        let mut stages: Vec<StageReport> = Vec::new();
-        let mut found: Option<(Residual, Stop)> = None;
-        let mut strict_feasibility = None;
-        let part = &mut self.part;
-        for (kind, solver) in &mut self.rungs {
-            let outcome = solver.solve_watched(&part.problem, settings, &mut part.impulses, watch);
-            let (residual, stop) = (outcome.residual, outcome.stop);
-            strict_feasibility = outcome.strict_feasibility.or(strict_feasibility);
-            stages.push(StageReport {
-                solver: *kind,
-                iterations: outcome.iterations,
-                factorisations: outcome.factorisations,
-                residual: residual.absolute,
-                stop: stop.clone(),
-            });
-            let is_refused = matches!(stop, Stop::Refused(_));
-            let is_better = !is_refused
-                && found.as_ref().is_none_or(|(before, _)| {
-                    before.absolute.is_nan() || residual.absolute <= before.absolute
-                });
-            if is_better {
-                self.best.copy_from(&part.impulses);
-                found = Some((residual, stop.clone()));
-            } else if found.is_some() {
-                // what a refusal or a worse answer leaves is not the start of the next stage
-                part.impulses.copy_from(&self.best);
-            }
-            if stop == Stop::Interrupted {
-                let residual = found.map_or(residual, |(residual, _)| residual);
-                let stages = stages.into();
-                return Climbed { stages, residual, stop: Stop::Interrupted, strict_feasibility };
-            }
-            if !is_refused && residual.absolute <= settings.tolerance {
-                strict_feasibility = None;
-                break;
-            }
-        }
-        let (residual, stop) = found.unwrap_or_else(|| {
-            let last = stages.last().map(|s| s.stop.clone()).unwrap_or(Stop::Converged);
-            (residual(&part.problem, &part.impulses), last)
-        });
-        Climbed { stages: stages.into(), residual, stop, strict_feasibility }
+        Some(AtOnce { solver: self.own.kind(), residual })
     }
 
     /// The report of the island that was taken out, in the numbers of the whole problem.
@@ -222,6 +172,9 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
     fn name(&self) -> &'static str {
         self.name
     }
+    fn share(&mut self, workers: &Workers) {
+        self.workers = workers.clone();
+    }
     fn finds(&self, _choice: ImpulseChoice) -> bool {
         // a rung that does not refuses, and the next one has its turn
         true
@@ -269,18 +222,24 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
         }
         let mut outcome = Outcome::nothing_to_do();
         outcome.islands.reserve(self.islands.count());
+        let stopped = self.climb_shared(problem, settings, impulses, watch);
         let mut short = None;
         for island in 0..self.islands.count() {
             if is_idle(problem, &self.islands, island) {
                 self.islands.contacts(island).iter().for_each(|&k| impulses.contacts[k] = Impulse::default());
                 continue;
             }
-            let climbed = self.alone(problem, settings, island, impulses).unwrap_or_else(|| {
-                self.part.take(problem, impulses, &self.islands, island);
-                let climbed = self.climb(settings, watch);
-                self.part.give(impulses, &self.islands, island);
-                climbed
-            });
+            let climbed = match self.alone(problem, settings, island, impulses) {
+                Some(climbed) => climbed,
+                None => match self.shared.take(&self.islands, island, impulses) {
+                    Some(climbed) => climbed,
+                    None if stopped => {
+                        outcome.stop = Stop::Interrupted;
+                        break;
+                    }
+                    None => self.own.climb((problem, &self.islands, island), settings, impulses, watch),
+                },
+            };
             outcome.iterations += climbed.stages.iter().map(|s| s.iterations).sum::<usize>();
             outcome.factorisations += climbed.stages.iter().map(|s| s.factorisations).sum::<usize>();
             let told = outcome.strict_feasibility.into_iter().chain(climbed.strict_feasibility);

@@ -114,12 +114,12 @@ impl<S: Geometry> FixedStep<S> {
         touches: &[Touch<S>],
         settings: &Settings<S>,
         step: &Step<S>,
-        Outside { loads, watch, .. }: Outside<S>,
+        Outside { loads, watch, workers, .. }: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
         let mut report = SchemeReport::default();
         let limits = thresholds(settings, bodies, step.dt);
-        choose_solver(&mut self.solver, settings);
+        choose_solver(&mut self.solver, settings, workers);
 
         self.impacts.accounts = Accounts::new(bodies.len(), self.accounts.are_kept());
         report.impact_solve = self.impact(bodies, touches, settings, &limits, &mut report.ledger, watch);

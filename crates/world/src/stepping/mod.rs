@@ -95,11 +95,14 @@ pub(crate) fn damp<S: Geometry>(
 /// A scheme's solver, what it was made for beside it.
 pub(crate) type Chosen<S> = Option<(SolverKind, bool, Box<dyn ImpulseSolver<S>>)>;
 
-/// Makes the solver that the settings ask for, unless it is there.
-pub(crate) fn choose_solver<S: Geometry>(chosen: &mut Chosen<S>, settings: &Settings<S>) {
+/// Makes the solver that the settings ask for, unless it is there, and tells it who shares its work.
+pub(crate) fn choose_solver<S: Geometry>(chosen: &mut Chosen<S>, settings: &Settings<S>, workers: &Workers) {
     let (kind, escalates) = (settings.solver_kind(), settings.on_inaccurate == OnInaccurate::Escalate);
     if chosen.as_ref().is_none_or(|(k, e, _)| (*k, *e) != (kind, escalates)) {
         *chosen = Some((kind, escalates, make_solver(kind, escalates)));
+    }
+    if let Some((_, _, solver)) = chosen {
+        solver.share(workers);
     }
 }
 

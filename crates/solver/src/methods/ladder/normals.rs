@@ -1,7 +1,8 @@
 //! Contacts without friction, of all islands at once: a matrix of islands beside each other falls apart by itself, so
 //! that they need neither be taken out one by one nor be measured twice.
 
-use super::{Climbed, Ladder, is_idle};
+use super::climber::Climbed;
+use super::{Ladder, is_idle};
 use crate::impulse_solver::{ImpulseChoice, SolveSettings};
 use crate::outcome::{Outcome, StageReport, Stages, Stop};
 use crate::problem::{ContactProblem, Impulse, Impulses};
@@ -38,7 +39,7 @@ impl<S: Space> Ladder<S> {
         if self.asked.contains(&true) {
             let limits = (settings.tolerance, settings.factorisations);
             let asked = (problem, self.asked.as_slice());
-            spent = self.rungs[0].1.all_on_normals(asked, limits, impulses, watch)?;
+            spent = self.own.first_mut().all_on_normals(asked, limits, impulses, watch)?;
         }
         let mut climbed = Vec::with_capacity(ways.len());
         for (island, way) in ways.iter().enumerate() {
@@ -117,7 +118,7 @@ impl<S: Space> Ladder<S> {
         self.islands.contacts(island).iter().enumerate().for_each(|(i, &k)| own.add(i, self.left[k]));
         let residual = own.residual();
         let stages = Stages::One([StageReport {
-            solver: self.rungs[0].0,
+            solver: self.own.kind(),
             iterations,
             factorisations,
             residual: residual.absolute,

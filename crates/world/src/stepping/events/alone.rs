@@ -28,6 +28,8 @@ pub struct Alone<S: Geometry> {
     told: (WarmStart<S>, Memory),
     /// How the contacts were solved; nothing where there are none.
     pub report: Option<SolveReport>,
+    /// Room for reports of islands.
+    reports: usize,
 }
 
 /// What does not change from body to body.
@@ -100,12 +102,14 @@ impl<S: Geometry> Alone<S> {
             last: LastFlow::default(),
             told: Default::default(),
             report: None,
+            reports: 0,
         }
     }
-    /// Makes room for so many members, and for the contacts of others behind theirs.
+    /// Makes room for so many members, and for the contacts and reports of others behind theirs.
     pub(super) fn reserve(&mut self, members: usize, others: usize) {
         let contacts = members + CONTACTS * others;
         self.members.reserve(members);
+        self.reports = members + others;
         self.velocities.reserve(members);
         self.last.touches.reserve(contacts);
         self.last.problem.contacts.reserve(contacts);
@@ -194,7 +198,7 @@ impl<S: Geometry> Alone<S> {
             relative_residual: 0.0,
             worst: None,
             stop: Stop::Converged,
-            islands: Vec::with_capacity(self.members.capacity()),
+            islands: Vec::with_capacity(self.reports),
         });
         report.contacts += 1;
         let first = report.contacts == 1;
@@ -220,7 +224,6 @@ pub fn beside(alone: Option<SolveReport>, others: Option<SolveReport>) -> Option
     let iterations = alone.iterations + others.iterations;
     let stop = others.stop.clone();
     let mut islands = std::mem::take(&mut alone.islands);
-    islands.reserve_exact(others.islands.len());
     islands.append(&mut others.islands);
     let worse = if others.residual > alone.residual { others } else { alone };
     Some(SolveReport { contacts, iterations, stop, islands, ..worse })

@@ -79,6 +79,8 @@ pub struct Clusters {
     of_body: Vec<usize>,
     jointed: bool,
     iterations: usize,
+    /// Those that are not settled, those of like tolerance beside each other.
+    open: Vec<usize>,
 }
 
 /// No cluster.
@@ -89,7 +91,15 @@ impl Clusters {
     pub fn new(bodies: usize, jointed: bool) -> Self {
         let all = if jointed { vec![Cluster::default()] } else { Vec::new() };
         let of_body = vec![if jointed { 0 } else { NONE }; bodies];
-        Clusters { all, of_contact: Vec::new(), is_out: Vec::new(), of_body, jointed, iterations: 0 }
+        Clusters {
+            all,
+            of_contact: Vec::new(),
+            is_out: Vec::new(),
+            of_body,
+            jointed,
+            iterations: 0,
+            open: Vec::new(),
+        }
     }
 
     /// Takes in contacts that come after those it knows; what they join begins anew, the rest stays as it is.
@@ -181,19 +191,21 @@ impl Clusters {
         }
     }
 
-    /// Clusters that are not settled, those of like tolerance together; each class with its smallest.
-    fn classes(&self) -> Vec<(f64, Vec<usize>)> {
-        let mut open: Vec<usize> = (0..self.all.len()).filter(|&c| !self.all[c].settled).collect();
+    /// Clusters that are not settled, by their tolerances.
+    fn find_open(&mut self) -> Vec<usize> {
+        let mut open = std::mem::take(&mut self.open);
+        open.clear();
+        open.extend((0..self.all.len()).filter(|&c| !self.all[c].settled));
         let tolerance = |c: usize| self.all[c].tolerance;
-        open.sort_by(|&c, &d| tolerance(c).total_cmp(&tolerance(d)).then(c.cmp(&d)));
-        let mut classes: Vec<(f64, Vec<usize>)> = Vec::new();
-        for c in open {
-            match classes.last_mut().filter(|(least, _)| tolerance(c) < CLASS * least) {
-                Some((_, class)) => class.push(c),
-                None => classes.push((tolerance(c), vec![c])),
-            }
-        }
-        classes
+        open.sort_unstable_by(|&c, &d| tolerance(c).total_cmp(&tolerance(d)).then(c.cmp(&d)));
+        open
+    }
+
+    /// How many of those that are left are solved at once, to the tolerance of the first.
+    fn class_of(&self, open: &[usize]) -> usize {
+        let tolerance = |c: usize| self.all[c].tolerance;
+        let is_like = |c: &&usize| tolerance(**c) < CLASS * tolerance(open[0]);
+        1 + open[1..].iter().take_while(is_like).count()
     }
 
     /// Keeps what a solve said of these clusters.
@@ -209,7 +221,9 @@ impl Clusters {
         let (whole, relative) = (outcome.residual.absolute, outcome.residual.relative);
         for &c in class {
             let (residual, relative) = if by_island { (0.0, 0.0) } else { (whole, relative) };
-            let islands = Vec::with_capacity(usize::from(by_island));
+            let mut islands = self.all[c].solved.take().map_or_else(Vec::new, |before| before.islands);
+            islands.clear();
+            islands.reserve_exact(usize::from(by_island));
             self.all[c].solved = Some(Solved { residual, relative, worst, stop: Stop::Converged, islands });
         }
         for island in outcome.islands {
@@ -261,24 +275,31 @@ impl Clusters {
 
 impl<S: Geometry> Together<'_, S> {
     /// Solves for the impulses of clusters that are not settled, each as well as it asks.
-    pub fn solve_clusters(
+    pub(super) fn solve_clusters(
         &mut self,
         clusters: &mut Clusters,
-        last: &mut LastFlow<S>,
+        (last, part): (&mut LastFlow<S>, &mut Option<Part<S>>),
         tools: &mut Tools<S>,
     ) -> Result<(), Halt> {
-        for (tolerance, class) in clusters.classes() {
+        let open = clusters.find_open();
+        let mut left = open.as_slice();
+        while !left.is_empty() {
+            let (class, others) = left.split_at(clusters.class_of(left));
+            left = others;
+            let tolerance = clusters.all[class[0]].tolerance;
             let settings = SolveSettings { tolerance, ..self.settings.solve() };
             if class.len() == clusters.all.len() && !clusters.is_out.contains(&true) {
                 let outcome = self.work(&last.problem, &settings, &mut last.impulses, tools)?;
-                clusters.keep(&class, &last.problem, (outcome, &settings));
+                clusters.keep(class, &last.problem, (outcome, &settings));
                 continue;
             }
-            let mut part = Part::of(clusters, &class, last);
+            let part = part.get_or_insert_with(|| Part::of(&last.problem));
+            part.take(clusters, class, last);
             let outcome = self.work(&part.problem, &settings, &mut part.impulses, tools)?;
-            clusters.keep(&class, &part.problem, (outcome, &settings));
+            clusters.keep(class, &part.problem, (outcome, &settings));
             part.give(&mut last.impulses);
         }
+        clusters.open = open;
         Ok(())
     }
 
@@ -302,30 +323,43 @@ impl<S: Geometry> Together<'_, S> {
     }
 }
 
-/// Some clusters' problem, over all bodies.
-struct Part<S: Geometry> {
+/// Some clusters' problem, over all bodies; keeps its memory, and what the bodies are like, from round to round of a flow.
+pub(super) struct Part<S: Geometry> {
     problem: ContactProblem<S>,
     impulses: Impulses<S>,
     contacts: Vec<usize>,
     resistances: Vec<usize>,
+    chosen: Vec<bool>,
 }
 
 impl<S: Geometry> Part<S> {
-    fn of(clusters: &Clusters, class: &[usize], last: &LastFlow<S>) -> Self {
-        let mut chosen = vec![false; clusters.all.len()];
-        class.iter().for_each(|&c| chosen[c] = true);
-        let whole = &last.problem;
+    /// Of a flow in which bodies have these inverse masses, and velocities without impulses, in all rounds.
+    pub fn of(whole: &ContactProblem<S>) -> Self {
         let mut problem = ContactProblem::new(whole.inverse_masses.clone(), whole.velocities.clone());
         problem.space.clone_from(&whole.space);
         problem.friction_law = whole.friction_law;
-        let mut impulses = Impulses::zero(&problem);
+        let impulses = Impulses::default();
+        Part { problem, impulses, contacts: Vec::new(), resistances: Vec::new(), chosen: Vec::new() }
+    }
+
+    /// Takes the contacts of a class of clusters.
+    fn take(&mut self, clusters: &Clusters, class: &[usize], last: &LastFlow<S>) {
+        let Part { problem, impulses, contacts, resistances, chosen } = self;
+        chosen.clear();
+        chosen.resize(clusters.all.len(), false);
+        class.iter().for_each(|&c| chosen[c] = true);
+        let whole = &last.problem;
         let is_in = |k: &usize| chosen[clusters.of_contact[*k]] && !clusters.is_out[*k];
-        let mut contacts = Vec::with_capacity(whole.contacts.len());
+        contacts.clear();
+        contacts.reserve(whole.contacts.len());
         contacts.extend((0..whole.contacts.len()).filter(is_in));
+        problem.contacts.clear();
         problem.contacts.extend(contacts.iter().map(|&k| whole.contacts[k]));
         impulses.contacts.clear();
         impulses.contacts.extend(contacts.iter().map(|&k| last.impulses.contacts[k]));
-        let mut resistances = Vec::new();
+        problem.resistances.clear();
+        impulses.moments.clear();
+        resistances.clear();
         for (k, r) in whole.resistances.iter().enumerate() {
             if let Ok(contact) = contacts.binary_search(&r.contact) {
                 let mut r = *r;
@@ -335,15 +369,14 @@ impl<S: Geometry> Part<S> {
                 resistances.push(k);
             }
         }
-        Part { problem, impulses, contacts, resistances }
     }
 
-    fn give(self, impulses: &mut Impulses<S>) {
-        for (&k, impulse) in self.contacts.iter().zip(self.impulses.contacts) {
-            impulses.contacts[k] = impulse;
+    fn give(&self, impulses: &mut Impulses<S>) {
+        for (&k, impulse) in self.contacts.iter().zip(&self.impulses.contacts) {
+            impulses.contacts[k] = *impulse;
         }
-        for (&k, moment) in self.resistances.iter().zip(self.impulses.moments) {
-            impulses.moments[k] = moment;
+        for (&k, moment) in self.resistances.iter().zip(&self.impulses.moments) {
+            impulses.moments[k] = *moment;
         }
     }
 }

@@ -160,7 +160,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
         let mut met = Vec::new();
         for (i, way) in self.outgrown(members, motion) {
             self.reaches[i] = MARGIN * way;
-            let (reaches, first) = (&self.reaches, &self.common.reaches);
+            let (reaches, first) = (&self.reaches, self.common.reaches);
             let newcomers = self.common.candidates.newcomers(self.bodies, i, |j| reaches[j] - first[j]);
             if newcomers.into_iter().any(|j| self.may_meet(i, j, moment)) {
                 met.push((i, way));
@@ -177,7 +177,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
 
     /// Bodies that have left their reaches (by index in the world), and how far they came \[m\].
     fn outgrown(&self, members: &[usize], m: &Motion<S>) -> Vec<(usize, f64)> {
-        let origin = &self.common.origin;
+        let origin = self.common.origin;
         let mut outgrown = Vec::new();
         for (k, &i) in members.iter().enumerate() {
             let d = &self.bodies.data[i];

@@ -134,10 +134,10 @@ impl<S: Geometry> EventsScheme<S> {
         bodies: &mut Bodies<S>,
         settings: &Settings<S>,
         step: &Step<S>,
-        Outside { quiet, loads, watch, tape, .. }: Outside<S>,
+        Outside { quiet, loads, watch, tape, workers }: Outside<S>,
         warm: &mut WarmStart<S>,
     ) -> Result<SchemeReport, StepError> {
-        choose_solver(&mut self.solver, settings);
+        choose_solver(&mut self.solver, settings, workers);
         let mut report = SchemeReport::default();
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         let wrenches =
@@ -184,9 +184,9 @@ impl<S: Geometry> EventsScheme<S> {
                 settings,
                 limits,
                 time: step.time,
-                wrenches: wrenches.to_vec(),
-                origin: origin.clone(),
-                reaches: reaches.clone(),
+                wrenches,
+                origin: &origin,
+                reaches: &reaches,
                 warm,
                 candidates: &self.candidates,
                 keeps_accounts: self.accounts.are_kept(),

@@ -3,7 +3,7 @@
 //! before the last are solved only as well as their places are known. Each cluster of bodies takes the rounds that it
 //! needs, and no more when contacts are added elsewhere.
 
-use super::clusters::{Cluster, Clusters, LeftOut};
+use super::clusters::{Cluster, Clusters, LeftOut, Part};
 use super::contacts::Active;
 use super::flow::Stick;
 use super::joints::{self, Held};
@@ -39,6 +39,22 @@ const SHARE: f64 = 1e-2;
 /// Cosine below which a contact of the same name counts as another one \[1\].
 pub(super) const ONE_SIDE: f64 = 0.7;
 
+/// Where a contact is, and which way it faces.
+#[derive(Clone, Copy)]
+struct Place<S: Geometry> {
+    point: S::Vector,
+    normal: S::Vector,
+}
+
+impl<S: Geometry> Place<S> {
+    fn of(t: &Touch<S>) -> Self {
+        Place { point: t.point, normal: t.normal }
+    }
+    fn give(&self, t: &mut Touch<S>) {
+        (t.point, t.normal) = (self.point, self.normal);
+    }
+}
+
 /// A flow in the making.
 pub struct Rounds<S: Geometry> {
     /// Its length \[s\].
@@ -57,9 +73,13 @@ pub struct Rounds<S: Geometry> {
     pub after: Vec<Twist<S>>,
     /// The contacts at the middle.
     pub touches: Vec<Touch<S>>,
+    /// Memory for where the last round leads them.
+    places: Vec<Place<S>>,
     targets: Vec<f64>,
     /// Problem and impulses of the last round.
     pub last: LastFlow<S>,
+    /// What of the problem is solved by itself, once that is not all of it.
+    part: Option<Part<S>>,
     /// The joints through the rounds.
     pub held: Held<S>,
     /// True where there are joints.
@@ -123,8 +143,10 @@ impl<S: Geometry> Together<'_, S> {
             free,
             after,
             touches: Vec::new(),
+            places: Vec::new(),
             targets: Vec::new(),
             last,
+            part: None,
             held: Held::new(&self.bodies.joints),
             jointed,
             clusters: Clusters::new(self.bodies.len(), jointed),
@@ -236,11 +258,11 @@ impl<S: Geometry> Together<'_, S> {
             self.assemble(rounds);
             return Ok(true);
         }
-        let mut at_mean = self.at_mean(rounds);
+        self.look_at_mean(rounds);
         let joints_settled = !rounds.jointed || self.joints_settled(&mut rounds.held);
-        self.settle(rounds, &at_mean, joints_settled);
-        self.look_at_left_out(rounds, &mut at_mean);
-        rounds.touches = at_mean;
+        self.settle(rounds, joints_settled);
+        rounds.places.iter().zip(&mut rounds.touches).for_each(|(place, t)| place.give(t));
+        self.look_at_left_out(rounds);
         if rounds.clusters.are_settled() {
             return Ok(true); // the same arms, at the places that came out
         }
@@ -273,10 +295,10 @@ impl<S: Geometry> Together<'_, S> {
     }
 
     /// Finds how much each cluster's contacts have changed, and which clusters need no more rounds.
-    fn settle(&self, rounds: &mut Rounds<S>, at_mean: &[Touch<S>], joints_settled: bool) {
+    fn settle(&self, rounds: &mut Rounds<S>, joints_settled: bool) {
         let clusters = &mut rounds.clusters;
         clusters.all.iter_mut().filter(|c| !c.settled).for_each(|c| c.change = 0.0);
-        for (k, new) in at_mean.iter().enumerate() {
+        for (k, new) in rounds.places.iter().enumerate() {
             let is_out = clusters.is_out(k);
             let cluster = clusters.of_contact_mut(k);
             if cluster.settled || is_out {
@@ -328,7 +350,7 @@ impl<S: Geometry> Together<'_, S> {
         if std::mem::take(&mut rounds.first) && self.settings.events.warm_start {
             self.forces.as_ref().unwrap_or(self.warm).load(&last.problem, rounds.time, &mut last.impulses);
         }
-        self.solve_clusters(&mut rounds.clusters, last, tools)
+        self.solve_clusters(&mut rounds.clusters, (last, &mut rounds.part), tools)
     }
 
     /// Looks where the gaps of closing contacts come to, and corrects their targets.
@@ -348,10 +370,12 @@ impl<S: Geometry> Together<'_, S> {
         clusters.set_off(&off);
     }
 
-    /// The contacts of clusters that are not settled where the bodies are now, found again by name; those that are gone
-    /// are carried along, and those that are left out stay as they were.
-    fn at_mean(&mut self, rounds: &Rounds<S>) -> Vec<Touch<S>> {
-        let mut found = rounds.touches.clone();
+    /// Finds the places of the contacts of clusters that are not settled where the bodies are now, by name; those that are
+    /// gone are carried along, and those that are left out stay where they were.
+    fn look_at_mean(&mut self, rounds: &mut Rounds<S>) {
+        let mut found = std::mem::take(&mut rounds.places);
+        found.clear();
+        found.extend(rounds.touches.iter().map(Place::of));
         let mut k = 0;
         for pair in rounds.active.touches.chunk_by(|s, t| (s.a, s.b) == (t.a, t.b)) {
             let first = k;
@@ -361,11 +385,11 @@ impl<S: Geometry> Together<'_, S> {
             }
             self.find_again(pair, &rounds.start.position, &mut found[first..k]);
         }
-        found
+        rounds.places = found;
     }
 
-    /// The contacts of a pair where its bodies are now.
-    fn find_again(&mut self, pair: &[Touch<S>], origin: &[S::Vector], found: &mut [Touch<S>]) {
+    /// The places of the contacts of a pair where its bodies are now.
+    fn find_again(&mut self, pair: &[Touch<S>], origin: &[S::Vector], found: &mut [Place<S>]) {
         let (a, b) = (pair[0].a, pair[0].b);
         let near_by = self.limits.touching(&self.bodies.data[a], &self.bodies.data[b]);
         let margin = 4.0 * near_by + self.reaches[a] + self.reaches[b];
@@ -375,8 +399,8 @@ impl<S: Geometry> Together<'_, S> {
         for (t, found) in pair.iter().zip(found) {
             let is_again = |p: &&ContactPoint<S>| p.normal.dot(t.normal) > ONE_SIDE && name(p) == t.id;
             *found = match self.points.iter().find(is_again) {
-                Some(p) => Touch { point: p.point, normal: p.normal, ..*t },
-                None => Touch { point: t.point + self.carried(t, origin), ..*t },
+                Some(p) => Place { point: p.point, normal: p.normal },
+                None => Place { point: t.point + self.carried(t, origin), normal: t.normal },
             };
         }
     }
@@ -401,18 +425,21 @@ impl<S: Geometry> Together<'_, S> {
 
     /// Looks at the contacts that clusters have left out whose places are known: where one of them was to press, the rounds
     /// go on with all.
-    fn look_at_left_out(&mut self, rounds: &mut Rounds<S>, at_mean: &mut [Touch<S>]) {
+    fn look_at_left_out(&mut self, rounds: &mut Rounds<S>) {
         let is_known = |c: &Cluster| c.settled && c.left_out == LeftOut::Now;
         if !rounds.clusters.all.iter().any(is_known) {
             return;
         }
         let mut called = Vec::new();
-        for k in 0..at_mean.len() {
+        for k in 0..rounds.touches.len() {
             if !rounds.clusters.is_out(k) || !is_known(rounds.clusters.of_contact(k)) {
                 continue;
             }
-            self.find_again(&rounds.active.touches[k..=k], &rounds.start.position, &mut at_mean[k..=k]);
-            let contact = self.contact_of(rounds, &at_mean[k], k);
+            let mut place = Place::of(&rounds.touches[k]);
+            let pair = &rounds.active.touches[k..=k];
+            self.find_again(pair, &rounds.start.position, std::slice::from_mut(&mut place));
+            place.give(&mut rounds.touches[k]);
+            let contact = self.contact_of(rounds, &rounds.touches[k], k);
             let mut velocity = contact.normal_velocity(&rounds.after);
             if rounds.stick == Stick::Mean {
                 velocity += contact.normal_velocity(&rounds.before);
@@ -455,13 +482,13 @@ impl<S: Geometry> Together<'_, S> {
     }
 
     /// How much a contact's frame and arms differ from those that the problem was solved with, over what may be.
-    fn change(&self, old: &Touch<S>, new: &Touch<S>, solved: &Contact<S>) -> f64 {
-        let size = self.bodies.data[new.a].extent.min(self.bodies.data[new.b].extent);
+    fn change(&self, old: &Touch<S>, new: &Place<S>, solved: &Contact<S>) -> f64 {
+        let size = self.bodies.data[old.a].extent.min(self.bodies.data[old.b].extent);
         let arm = |i: usize, was: S::Vector| {
             let moves = self.bodies.is_dynamic(i);
             if moves { (new.point - self.bodies.motion.position[i] - was).norm() } else { 0.0 }
         };
-        let arms = arm(new.a, solved.arm_a).max(arm(new.b, solved.arm_b)) / (SAME_ARM * size);
+        let arms = arm(old.a, solved.arm_a).max(arm(old.b, solved.arm_b)) / (SAME_ARM * size);
         ((old.normal - new.normal).norm() / SAME_NORMAL).max(arms)
     }
 

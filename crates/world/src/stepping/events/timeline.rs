@@ -47,11 +47,11 @@ pub struct Common<'a, S: Geometry> {
     /// Time of the step's start \[s\].
     pub time: f64,
     /// Loads on each body through the step.
-    pub wrenches: Vec<Wrench<S>>,
+    pub wrenches: &'a [Wrench<S>],
     /// Motion at the step's start.
-    pub origin: Motion<S>,
+    pub origin: &'a Motion<S>,
     /// How far surfaces may come \[m\], as the candidates were found for.
-    pub reaches: Vec<f64>,
+    pub reaches: &'a [f64],
     /// Forces of the step before, and what it tells of its contacts.
     pub warm: &'a WarmStart<S>,
     /// Pairs that may meet.
@@ -175,7 +175,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
             island_of: vec![NONE; bodies.len()],
             queue: BinaryHeap::new(),
             versions: vec![0; common.candidates.pairs.len()],
-            reaches: common.reaches.clone(),
+            reaches: common.reaches.to_vec(),
             slots: vec![NONE; bodies.len()],
             alone: Alone::nobody(bodies.len()),
             ledger: Ledger::default(),
