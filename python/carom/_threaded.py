@@ -23,7 +23,7 @@ class Threaded:
         They change the time that steps take and no bit of what comes of them, so `threads` is no setting:
         snapshots, pickles and recorded runs do not have it, and `restore` leaves it as it is. As many as the
         machine has idle cores make sense, and small worlds use only one. ``scheme="soft_step"`` shares nearly
-        all of a step, the other schemes their search for contacts and the islands of solvers that solve island
+        all of a step, the other schemes their search for contacts, and the islands of solvers that go island
         by island (``"exact"``, ``"auto"``).
 
         Raises
