@@ -235,6 +235,11 @@ impl<S: Space> PreparedContact<S> {
         if impulse.tangent == S::Slip::ZERO {
             return self.push_normal(impulse.normal, a, b);
         }
+        self.push_all(impulse, a, b);
+    }
+    /// The same without a look at whether there is friction: sweeps know it.
+    #[inline(always)]
+    pub fn push_all(&self, impulse: &Impulse<S>, a: &mut Twist<S>, b: &mut Twist<S>) {
         let mut force = self.normal.direction * impulse.normal;
         let mut turn_a = self.normal.turn_a * impulse.normal;
         let mut turn_b = self.normal.turn_b * impulse.normal;

@@ -111,7 +111,7 @@ pub fn relax_above<S: Space>(
         delta.tangent = tangent - impulse.tangent;
         impulse.tangent = tangent;
         change = change.max(delta.tangent.norm_squared() * c.inverse_tangent_mass * c.inverse_tangent_mass);
-        c.push(&delta, &mut a, &mut b);
+        c.push_all(&delta, &mut a, &mut b);
     } else {
         c.push_normal(delta.normal, &mut a, &mut b);
     }
