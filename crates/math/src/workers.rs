@@ -113,8 +113,8 @@ impl<M> Default for Memory<M> {
     }
 }
 
-/// Nobody waits for a lock here: a chunk is one worker's. After a panic the memory is as good as before.
-fn lock<M>(memory: &Mutex<M>) -> std::sync::MutexGuard<'_, M> {
+/// A lock that nobody waits for: a chunk is one worker's. After a panic the memory is as good as before.
+pub fn lock<M>(memory: &Mutex<M>) -> std::sync::MutexGuard<'_, M> {
     memory.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

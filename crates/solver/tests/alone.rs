@@ -3,9 +3,7 @@
 use crate::common::*;
 use carom_math::Space;
 use carom_solver::methods::ladder::Ladder;
-use carom_solver::{
-    Contact, ContactProblem, FrictionLaw, ImpulseSolver, Impulses, SolveSettings, SolverKind, Stop,
-};
+use carom_solver::{ContactProblem, FrictionLaw, ImpulseSolver, Impulses, SolveSettings, SolverKind, Stop};
 
 /// Pairs of bodies side by side, a contact between each.
 const PAIRS: usize = 60;
@@ -25,15 +23,7 @@ fn pairs<S: Space>(random: &mut Random, law: FrictionLaw) -> Vec<ContactProblem<
 fn contacts_alone_are_solved_as_the_general_way_solves_them<S: Space>() {
     for (seed, law) in [(31, FrictionLaw::Disc), (32, FrictionLaw::Box)] {
         let problems = pairs::<S>(&mut Random::new(seed), law);
-        let mut whole = ContactProblem::new(Vec::new(), Vec::new());
-        whole.friction_law = law;
-        for p in &problems {
-            let first = whole.inverse_masses.len();
-            whole.inverse_masses.extend(&p.inverse_masses);
-            whole.velocities.extend(&p.velocities);
-            let moved = p.contacts.iter().map(|c| Contact { a: c.a + first, b: c.b + first, ..*c });
-            whole.contacts.extend(moved);
-        }
+        let whole = beside(&problems);
         let mut found = Impulses::zero(&whole);
         let mut ladder = Ladder::new("exact", &[SolverKind::Exact]);
         let outcome = ladder.solve(&whole, &SETTINGS, &mut found);

@@ -5,8 +5,8 @@ use crate::common::*;
 use carom_math::{Space, Workers};
 use carom_solver::methods::ladder::Ladder;
 use carom_solver::{
-    BoundedRow, Contact, ContactProblem, FrictionLaw, ImpulseChoice, ImpulseSolver, Impulses, Outcome,
-    Progress, Resistance, SolveSettings, SolverKind, Stop, unwatched,
+    ContactProblem, FrictionLaw, ImpulseChoice, ImpulseSolver, Impulses, Outcome, Progress, SolveSettings,
+    SolverKind, Stop, residual, unwatched,
 };
 
 const SETTINGS: SolveSettings = SolveSettings {
@@ -18,23 +18,6 @@ const SETTINGS: SolveSettings = SolveSettings {
 };
 /// Islands side by side.
 const ISLANDS: usize = 30;
-
-/// Problems beside each other as one.
-fn beside<S: Space>(problems: &[ContactProblem<S>]) -> ContactProblem<S> {
-    let mut whole = ContactProblem::new(Vec::new(), Vec::new());
-    whole.friction_law = problems[0].friction_law;
-    for p in problems {
-        let (bodies, contacts) = (whole.inverse_masses.len(), whole.contacts.len());
-        whole.inverse_masses.extend(&p.inverse_masses);
-        whole.velocities.extend(&p.velocities);
-        let place = |k: usize| k + bodies;
-        whole.contacts.extend(p.contacts.iter().map(|c| Contact { a: place(c.a), b: place(c.b), ..*c }));
-        whole.rows.extend(p.rows.iter().map(|r| BoundedRow { a: place(r.a), b: place(r.b), ..*r }));
-        let moved = p.resistances.iter().map(|r| Resistance { contact: r.contact + contacts, ..*r });
-        whole.resistances.extend(moved);
-    }
-    whole
-}
 
 /// Islands of up to twelve contacts, with a row here and there.
 fn islands<S: Space>(seed: u64, rows: usize) -> ContactProblem<S> {
@@ -125,7 +108,32 @@ fn a_refusal_is_the_same_for_any_number_of_workers<S: Space>() {
     }
 }
 
+/// Whenever it is stopped, and whatever was solved before.
+fn a_stopped_solve_leaves_no_more_than_no_impulses_would<S: Space>() {
+    let problems = [islands::<S>(55, 0), islands::<S>(56, 0)];
+    let settings = SolveSettings { tolerance: 0.0, ..SETTINGS };
+    for workers in [2, 8] {
+        let mut ladder = Ladder::new("exact", &[SolverKind::Exact]);
+        ladder.share(&Workers::new(workers).unwrap());
+        for k in 0..20 {
+            let problem = &problems[k % 2];
+            // now and then after some islands are done, so that others are left
+            let mut asked = 0;
+            let mut watch = |_: &Progress| {
+                asked += 1;
+                asked <= 3 * (k % 4)
+            };
+            let mut found = Impulses::zero(problem);
+            let nothing = residual(problem, &found).absolute;
+            let outcome = ladder.solve_watched(problem, &settings, &mut found, &mut watch);
+            let left = outcome.residual.absolute;
+            assert!(left <= nothing * (1.0 + 1e-12), "{workers} workers, solve {k}: {left} of {nothing}");
+        }
+    }
+}
+
 in_both_spaces! {
+    a_stopped_solve_leaves_no_more_than_no_impulses_would;
     any_number_of_workers_finds_the_same_impulses;
     a_stop_is_a_stop_for_all_workers;
     a_refusal_is_the_same_for_any_number_of_workers;

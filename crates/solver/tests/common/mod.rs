@@ -4,8 +4,8 @@
 
 use carom_math::{Column, Inertia, Rotation, Space};
 use carom_solver::{
-    BoundedRow, Contact, ContactProblem, FrictionLaw, Impulses, InverseMass, Outcome, SolveSettings,
-    SolverKind, Stop, Twist,
+    BoundedRow, Contact, ContactProblem, FrictionLaw, Impulses, InverseMass, Outcome, Resistance,
+    SolveSettings, SolverKind, Stop, Twist,
 };
 
 /// Runs a test written over a space in the plane and in space.
@@ -334,4 +334,21 @@ pub fn column<S: Space>(masses: &[f64], friction: f64) -> ContactProblem<S> {
         problem.contacts.push(Contact { id: k as u64, friction, ..c });
     }
     problem
+}
+
+/// Problems beside each other as one.
+pub fn beside<S: Space>(problems: &[ContactProblem<S>]) -> ContactProblem<S> {
+    let mut whole = ContactProblem::new(Vec::new(), Vec::new());
+    whole.friction_law = problems[0].friction_law;
+    for p in problems {
+        let (bodies, contacts) = (whole.inverse_masses.len(), whole.contacts.len());
+        whole.inverse_masses.extend(&p.inverse_masses);
+        whole.velocities.extend(&p.velocities);
+        let place = |k: usize| k + bodies;
+        whole.contacts.extend(p.contacts.iter().map(|c| Contact { a: place(c.a), b: place(c.b), ..*c }));
+        whole.rows.extend(p.rows.iter().map(|r| BoundedRow { a: place(r.a), b: place(r.b), ..*r }));
+        let moved = p.resistances.iter().map(|r| Resistance { contact: r.contact + contacts, ..*r });
+        whole.resistances.extend(moved);
+    }
+    whole
 }

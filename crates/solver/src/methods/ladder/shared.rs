@@ -9,8 +9,9 @@ use crate::islands::{Answer, Islands};
 use crate::problem::{ContactProblem, Impulses};
 use crate::watch::{Progress, Watch};
 use carom_math::Space;
+use carom_math::workers::lock;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Contacts and rows beside the largest island from which on others are called: to wake them takes as long as some dozens.
 const LEAST: usize = 64;
@@ -37,15 +38,10 @@ impl<S: Space> Default for Shared<S> {
     }
 }
 
-/// Nobody waits for a lock here: climbers and islands are one worker's. After a panic they are as good as before.
-fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl<S: Space> Shared<S> {
     /// Puts back an island's impulses, and tells what it came to; `None` where nobody climbed with it.
-    pub fn take(&mut self, islands: &Islands, island: usize, impulses: &mut Impulses<S>) -> Option<Climbed> {
-        let slot = self.slots[(*self.place.get(island)?)?].get_mut().unwrap_or_else(PoisonError::into_inner);
+    pub fn take(&self, islands: &Islands, island: usize, impulses: &mut Impulses<S>) -> Option<Climbed> {
+        let mut slot = lock(&self.slots[(*self.place.get(island)?)?]);
         let climbed = slot.climbed.take()?;
         slot.answer.give(impulses, islands, island);
         Some(climbed)
@@ -67,6 +63,8 @@ impl<S: Space> Shared<S> {
         while slots.len() < found.len() {
             slots.push(Mutex::new(Slot { climbed: None, answer: Answer::default() }));
         }
+        // a solve that was refused or stopped leaves answers that nobody took
+        slots.iter().for_each(|slot| lock(slot).climbed = None);
         true
     }
 }
@@ -138,5 +136,60 @@ impl<S: Space> Ladder<S> {
             },
         );
         stops()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::impulse_solver::SolverKind;
+    use crate::problem::{Contact, InverseMass, Twist};
+    use crate::watch::unwatched;
+    use carom_math::{Column, Spatial, Sym3, Vec3, Workers, vec3};
+
+    /// Balls of 1 kg and radius 1, each in a groove of its own.
+    fn grooves(balls: usize, push: f64) -> ContactProblem<Spatial> {
+        let ground = InverseMass { linear: 0.0, angular: Sym3 { diagonal: [0.0; 3], off: [0.0; 3] } };
+        let ball = InverseMass { linear: 1.0, angular: Sym3 { diagonal: [2.5; 3], off: [0.0; 3] } };
+        let falls = Twist::new(vec3(0.0, push, -1.0), Vec3::ZERO);
+        let mut problem = ContactProblem::new(vec![ball; balls], vec![falls; balls]);
+        problem.inverse_masses.push(ground);
+        problem.velocities.push(Twist::default());
+        for k in 0..2 * balls {
+            let side = if k % 2 == 0 { 0.6 } else { -0.6 };
+            let normal = vec3(side, 0.0, 0.8);
+            problem.contacts.push(Contact {
+                id: k as u64,
+                a: k / 2,
+                b: balls,
+                normal,
+                arm_a: -normal,
+                arm_b: Vec3::ZERO,
+                gap: 0.0,
+                target: 0.0,
+                slip_target: Column::ZERO,
+                restitution: 0.0,
+                friction: 0.3,
+            });
+        }
+        problem
+    }
+
+    #[test]
+    fn answers_that_nobody_took_are_forgotten() {
+        let mut ladder = Ladder::<Spatial>::new("exact", &[SolverKind::Exact]);
+        ladder.workers = Workers::new(2).unwrap();
+        let (first, next) = (grooves(60, 0.1), grooves(60, 0.7));
+        // a solve that was stopped or refused before its answers were taken
+        ladder.islands.update(&first);
+        let mut found = Impulses::zero(&first);
+        let stopped = ladder.climb_shared(&first, &SolveSettings::default(), &found, &mut unwatched);
+        assert!(!stopped && ladder.shared.take(&ladder.islands, 0, &mut found).is_some());
+        ladder.islands.update(&next);
+        assert!(ladder.shared.find(&next, &ladder.islands));
+        for island in 0..ladder.islands.count() {
+            let taken = ladder.shared.take(&ladder.islands, island, &mut found);
+            assert!(taken.is_none(), "island {island} has the answer of another problem");
+        }
     }
 }
