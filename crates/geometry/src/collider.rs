@@ -84,6 +84,8 @@ impl<S: Kernel> Collider<S> {
             Form::HalfSpace(normal) => half_space_bounds(pose.rotation.rotate(*normal), pose.position),
             Form::Cavity(_) => everywhere(),
             Form::Convex(core, radius) => match S::only_point(core) {
+                // a ball about its frame's origin is as its pose, whose turn does not matter
+                Some(point) if point == S::Vector::ZERO => Aabb::of_point(pose.position).grown(*radius),
                 Some(point) => Aabb::of_point(pose.to_world(point)).grown(*radius),
                 None => S::bounds_of(core, pose).grown(*radius),
             },

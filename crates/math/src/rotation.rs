@@ -221,6 +221,16 @@ impl Quaternion {
         ])
     }
 }
+/// The rotation by an angle that is not slight, of this square \[rad^2\].
+fn about_far(s: Vec3, square: f64) -> Quaternion {
+    let angle = square.sqrt();
+    let (sine, cosine) = libm::sincos(0.5 * angle);
+    // sin(a/2)/a near zero by its series, which is exact to rounding below 1e-4
+    let k = if angle < 1e-4 { 0.5 - angle * angle / 48.0 } else { sine / angle };
+    let [x, y, z] = s.0;
+    Quaternion([cosine, k * x, k * y, k * z])
+}
+
 impl Default for Quaternion {
     fn default() -> Self {
         Self::IDENTITY
@@ -251,6 +261,7 @@ impl Rotation<Vec3, Vec3> for Quaternion {
     fn rotate_spin(&self, s: Vec3) -> Vec3 {
         self.rotate(s)
     }
+    #[inline]
     fn unrotate_spin(&self, s: Vec3) -> Vec3 {
         self.unrotate(s)
     }
@@ -277,17 +288,11 @@ impl Rotation<Vec3, Vec3> for Quaternion {
     fn within(&self, frame: &Self) -> Self {
         frame.inverse().product(self)
     }
+    #[inline]
     fn about(s: Vec3) -> Self {
         let [x, y, z] = s.0;
         let square = x * x + y * y + z * z;
-        if square < SLIGHT {
-            return Quaternion([1.0, 0.5 * x, 0.5 * y, 0.5 * z]);
-        }
-        let angle = square.sqrt();
-        let (sine, cosine) = libm::sincos(0.5 * angle);
-        // sin(a/2)/a near zero by its series, which is exact to rounding below 1e-4
-        let k = if angle < 1e-4 { 0.5 - angle * angle / 48.0 } else { sine / angle };
-        Quaternion([cosine, k * x, k * y, k * z])
+        if square < SLIGHT { Quaternion([1.0, 0.5 * x, 0.5 * y, 0.5 * z]) } else { about_far(s, square) }
     }
     fn cayley(s: Vec3) -> Self {
         let [x, y, z] = s.0;

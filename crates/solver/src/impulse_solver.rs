@@ -1,13 +1,14 @@
 //! The one door to all solvers. Finds impulses; knows rows, cones and bounds; no shape, no world, no clock.
 
 use crate::exact::ExactContacts;
+use crate::methods::ladder::Resting;
 use crate::methods::{
     apgd::Apgd, auto, direct::Direct, enumeration::Enumeration, lemke::Lemke, nncg::Nncg,
     on_bodies::OnBodies, pgs::Pgs, pgs_matrix::PgsMatrix, sequential::Sequential,
 };
 use crate::outcome::{AtOnce, Outcome, Stop};
 use crate::prepared::PreparedContact;
-use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
+use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use crate::residual::residual;
 use crate::watch::{Watch, unwatched};
 use carom_math::{Space, Workers};
@@ -149,15 +150,13 @@ pub trait ImpulseSolver<S: Space>: Send {
     ) -> Option<(usize, usize)> {
         None
     }
-    /// What `solve` would come to on a problem of this contact alone, between bodies of these inverse masses and velocities,
-    /// from nothing, with its report where anything presses. `None` where the solver would not do it at once.
-    fn solve_alone(
+    /// What `solve` would come to on a problem of this contact alone, from nothing: the normal impulse \[N s\], and the report
+    /// where it presses. `None` where the solver would not do it at once.
+    fn solve_resting(
         &self,
-        _contact: &Contact<S>,
-        _bodies: (&[InverseMass<S>; 2], &[Twist<S>; 2]),
-        _law: FrictionLaw,
+        _contact: &Resting<S>,
         _settings: &SolveSettings,
-    ) -> Option<(Impulse<S>, Option<AtOnce>)> {
+    ) -> Option<(f64, Option<AtOnce>)> {
         None
     }
     /// Solves in place: `impulses` is the warm start on entry and the answer on return.

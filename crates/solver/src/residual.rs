@@ -191,19 +191,25 @@ pub(crate) fn residual_alone<S: Space>(
     Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst: None }
 }
 
-/// The same of a contact without friction, from its normal row and the inverse masses of its bodies \[1/kg\].
+/// The same of a contact without friction, from its normal row and effective mass \[kg\], the inverse masses of its bodies
+/// \[1/kg\], and the velocities without it, what they make of the row's with them \[m/s\].
+#[inline]
 pub(crate) fn residual_on_normal<S: Space>(
-    row: &ContactRow<S>,
+    (row, normal_mass): (&ContactRow<S>, f64),
     (mass_a, mass_b): (f64, f64),
-    velocities: &[Twist<S>],
+    (velocities, before): (&[Twist<S>], f64),
     (impulse, target): (f64, f64),
 ) -> Residual {
     let (mut a, mut b) = (velocities[row.a as usize], velocities[row.b as usize]);
-    let before = row.velocity_between(&a, &b);
-    let scale = (target - before).max(f64::EPSILON * before.abs()).max(f64::MIN_POSITIVE);
     row.push(impulse, (mass_a, mass_b), (&mut a, &mut b));
-    let value =
-        least(impulse / (1.0 / row.inverse_effective_mass), row.velocity_between(&a, &b) - target).abs();
+    left_on_normal(impulse / normal_mass, (before, row.velocity_between(&a, &b)), target)
+}
+
+/// The same from what the impulse makes of the row's velocity, and that without and with it \[m/s\].
+#[inline]
+pub(crate) fn left_on_normal(pressed: f64, (before, after): (f64, f64), target: f64) -> Residual {
+    let scale = (target - before).max(f64::EPSILON * before.abs()).max(f64::MIN_POSITIVE);
+    let value = least(pressed, after - target).abs();
     let absolute = if value.is_nan() { f64::INFINITY } else { value };
     Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst: None }
 }

@@ -52,41 +52,30 @@ impl<S: Space> Motion<S> {
         self.angular_velocity.clone_from(&other.angular_velocity);
     }
     /// Velocity and angular velocity of a body.
+    #[inline]
     pub fn twist(&self, i: usize) -> Twist<S> {
         Twist::new(self.velocity[i], self.angular_velocity[i])
     }
     /// Sets velocity and angular velocity of a body.
+    #[inline]
     pub fn set_twist(&mut self, i: usize, twist: &Twist<S>) {
         self.velocity[i] = twist.linear;
         self.angular_velocity[i] = twist.angular;
     }
     /// Position and orientation of a body.
+    #[inline]
     pub fn pose(&self, i: usize) -> Pose<S> {
         Pose::new(self.position[i], self.rotation[i])
     }
 }
 
-/// What a step reads of a body and does not change.
+/// What a step reads of a body and does not change. What all passes over bodies read comes first, in a cache line of its own;
+/// what only some read comes last.
 #[derive(Clone)]
+#[repr(C, align(64))]
 pub struct BodyData<S: Geometry> {
-    /// How it takes part in the motion.
-    pub kind: BodyKind,
-    /// Never used twice in a world; names the body's contacts.
-    pub serial: u64,
-    /// Mass, centre of mass and inertia in shape axes; zeros for obstacles.
-    pub mass_properties: MassProperties<S>,
     /// Inverse mass \[1/kg\]; 0 for obstacles.
     pub inverse_mass: f64,
-    /// Inverse inertia in shape axes; zero for obstacles and particles.
-    pub inverse_inertia: S::Inertia,
-    /// Principal moments \[kg m^2\].
-    pub principal: S::Spin,
-    /// Rotation from principal axes to shape axes.
-    pub axes: S::Rotation,
-    /// Shape as given.
-    pub shape: Option<S::Shape>,
-    /// Shape made ready for queries.
-    pub collider: Option<S::Collider>,
     /// Largest extent of the shape \[m\]; 0 without one, infinite for half-planes.
     pub extent: f64,
     /// Farthest that turning can carry a point of the surface, per radian \[m\]: 0 for discs and balls about their
@@ -94,8 +83,20 @@ pub struct BodyData<S: Geometry> {
     pub turning_arm: f64,
     /// Radius of a disc or ball about its centre of mass \[m\]: its place says all of it.
     pub ball_radius: Option<f64>,
+    /// Never used twice in a world; names the body's contacts.
+    pub serial: u64,
+    /// Groups the body belongs to.
+    pub groups: u32,
+    /// Groups the body collides with.
+    pub collides_with: u32,
+    /// How it takes part in the motion.
+    pub kind: BodyKind,
     /// The shape has faces, edges and corners alone.
     pub is_angular: bool,
+    /// Mass, centre of mass and inertia in shape axes; zeros for obstacles.
+    pub mass_properties: MassProperties<S>,
+    /// Inverse inertia in shape axes; zero for obstacles and particles.
+    pub inverse_inertia: S::Inertia,
     /// Coefficient of friction \[1\].
     pub friction: f64,
     /// Coefficient of rolling friction \[m\].
@@ -108,14 +109,18 @@ pub struct BodyData<S: Geometry> {
     pub tangential_restitution: f64,
     /// Number of its material in the bodies' `materials`.
     pub material: Option<usize>,
+    /// Shape made ready for queries.
+    pub collider: Option<S::Collider>,
     /// Linear damping rate \[1/s\].
     pub linear_damping: f64,
     /// Angular damping rate \[1/s\].
     pub angular_damping: f64,
-    /// Groups the body belongs to.
-    pub groups: u32,
-    /// Groups the body collides with.
-    pub collides_with: u32,
+    /// Principal moments \[kg m^2\].
+    pub principal: S::Spin,
+    /// Rotation from principal axes to shape axes.
+    pub axes: S::Rotation,
+    /// Shape as given.
+    pub shape: Option<S::Shape>,
 }
 
 impl<S: Geometry> BodyData<S> {
@@ -168,6 +173,7 @@ impl<S: Geometry> Bodies<S> {
         self.index.get(name).copied()
     }
     /// Inverse mass and inverse inertia in world axes at the present orientation.
+    #[inline]
     pub fn inverse_mass(&self, i: usize) -> InverseMass<S> {
         let d = &self.data[i];
         InverseMass {
@@ -176,6 +182,7 @@ impl<S: Geometry> Bodies<S> {
         }
     }
     /// Inertia in world axes about the centre of mass \[kg m^2\]; zero for obstacles and particles.
+    #[inline]
     pub fn inertia(&self, i: usize) -> S::Inertia {
         S::turned(&self.data[i].mass_properties.inertia, &self.motion.rotation[i])
     }
@@ -184,14 +191,17 @@ impl<S: Geometry> Bodies<S> {
         self.data[i].material.map(|number| self.materials.name(number))
     }
     /// Linear momentum p = m v \[kg m/s\]; zero for obstacles.
+    #[inline]
     pub fn momentum(&self, i: usize) -> S::Vector {
         self.motion.velocity[i] * self.data[i].mass_properties.mass
     }
     /// Angular momentum about the centre of mass L = I w \[kg m^2/s\].
+    #[inline]
     pub fn spin_momentum(&self, i: usize) -> S::Spin {
         self.inertia(i).apply(self.motion.angular_velocity[i])
     }
     /// Angular momentum about the world's origin, x x p + I w.
+    #[inline]
     pub fn angular_momentum(&self, i: usize) -> S::Spin {
         S::moment(self.motion.position[i], self.momentum(i)) + self.spin_momentum(i)
     }

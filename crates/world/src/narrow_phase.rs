@@ -464,21 +464,44 @@ pub fn touches_of<S: Geometry>(
     if points.is_empty() {
         return;
     }
-    let c = Coefficients::of(bodies, settings, (a, b));
-    let name = pair_id(bodies.data[a].serial, bodies.data[b].serial);
-    out.extend(points.iter().map(|p| Touch {
-        id: mix_bits(name ^ p.feature),
-        a,
-        b,
-        point: p.point,
-        normal: p.normal,
-        gap: p.gap,
-        friction: c.friction,
-        rolling: c.rolling,
-        spinning: c.spinning,
-        restitution: c.restitution,
-        tangential_restitution: c.tangential_restitution,
-    }));
+    let of_all = InCommon::of(bodies, settings, (a, b));
+    out.extend(points.iter().map(|p| of_all.touch(p)));
+}
+
+/// What all contacts of a pair have in common.
+pub(crate) struct InCommon {
+    pair: (usize, usize),
+    name: u64,
+    coefficients: Coefficients,
+}
+
+impl InCommon {
+    /// Of the contacts of two bodies.
+    pub fn of<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, (a, b): (usize, usize)) -> Self {
+        InCommon {
+            pair: (a, b),
+            name: pair_id(bodies.data[a].serial, bodies.data[b].serial),
+            coefficients: Coefficients::of(bodies, settings, (a, b)),
+        }
+    }
+    /// The contact at a point.
+    #[inline]
+    pub fn touch<S: Geometry>(&self, p: &ContactPoint<S>) -> Touch<S> {
+        let c = &self.coefficients;
+        Touch {
+            id: mix_bits(self.name ^ p.feature),
+            a: self.pair.0,
+            b: self.pair.1,
+            point: p.point,
+            normal: p.normal,
+            gap: p.gap,
+            friction: c.friction,
+            rolling: c.rolling,
+            spinning: c.spinning,
+            restitution: c.restitution,
+            tangential_restitution: c.tangential_restitution,
+        }
+    }
 }
 
 /// Restitution of a pair's contacts \[1\].

@@ -4,6 +4,7 @@
 
 mod climber;
 mod normals;
+mod resting;
 mod shared;
 
 use crate::impulse_solver::{ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
@@ -17,6 +18,7 @@ use crate::residual::{
 use crate::watch::Watch;
 use carom_math::{Column, Space, Workers};
 use climber::{Climbed, Climber};
+pub use resting::Resting;
 use shared::Shared;
 
 /// The ladder; holds memory between solves and the solvers' own.
@@ -105,10 +107,11 @@ impl<S: Space> Ladder<S> {
         tolerance: f64,
     ) -> Option<(Impulse<S>, AtOnce)> {
         let row = ContactRow::new(contact, contact.normal, masses);
-        let approach = row.velocity(velocities) - contact.target;
-        let normal = self.own.first().alone_on_normal(approach, 1.0 / row.inverse_effective_mass)?;
+        let (before, normal_mass) = (row.velocity(velocities), 1.0 / row.inverse_effective_mass);
+        let normal = self.own.first().alone_on_normal(before - contact.target, normal_mass)?;
         let inverse = (masses[contact.a].linear, masses[contact.b].linear);
-        let residual = residual_on_normal(&row, inverse, velocities, (normal, contact.target));
+        let residual =
+            residual_on_normal((&row, normal_mass), inverse, (velocities, before), (normal, contact.target));
         let found = Impulse { normal, tangent: S::Slip::ZERO };
         Some((found, self.found_at_once(residual, tolerance)?))
     }
@@ -163,6 +166,7 @@ fn is_idle<S: Space>(problem: &ContactProblem<S>, islands: &Islands, island: usi
 }
 
 /// True for a contact that leaves at least as fast as its target asks.
+#[inline]
 fn leaves<S: Space>(c: &Contact<S>, velocities: &[Twist<S>]) -> bool {
     let u = velocities[c.a].at(c.arm_a) - velocities[c.b].at(c.arm_b);
     u.dot(c.normal) >= c.target
@@ -179,26 +183,8 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
         // a rung that does not refuses, and the next one has its turn
         true
     }
-    fn solve_alone(
-        &self,
-        contact: &Contact<S>,
-        (masses, velocities): (&[InverseMass<S>; 2], &[Twist<S>; 2]),
-        law: FrictionLaw,
-        settings: &SolveSettings,
-    ) -> Option<(Impulse<S>, Option<AtOnce>)> {
-        if settings.impulses != ImpulseChoice::Any {
-            return None;
-        }
-        if leaves(contact, velocities) {
-            return Some((Impulse::default(), None));
-        }
-        let (found, at_once) = if contact.friction == 0.0 {
-            self.at_once_on_normal(contact, masses, velocities, settings.tolerance)?
-        } else {
-            let prepared = PreparedContact::new(contact, masses);
-            self.at_once(&prepared, (law, velocities), &Impulse::default(), settings.tolerance)?
-        };
-        Some((found, Some(at_once)))
+    fn solve_resting(&self, contact: &Resting<S>, settings: &SolveSettings) -> Option<(f64, Option<AtOnce>)> {
+        self.resting(contact, settings)
     }
     fn work(
         &mut self,

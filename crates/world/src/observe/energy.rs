@@ -36,6 +36,7 @@ impl Energy {
         some.for_each(|i| e.add(Energy::of_body(bodies, i, gravity)));
         e
     }
+    #[inline]
     fn of_body<S: Geometry>(bodies: &Bodies<S>, i: usize, gravity: S::Vector) -> Self {
         Energy::of_motion(bodies, i, (&bodies.motion.pose(i), &bodies.motion.twist(i)), gravity)
     }

@@ -73,6 +73,8 @@ pub(super) struct Held<S: Geometry> {
     pub impulse: Impulse<S>,
     /// How it was solved, where it presses.
     pub report: Option<AtOnce>,
+    /// Its place among those that pressed in the step before.
+    pub pressed_as: Option<usize>,
     /// It does not count as pressed afterwards.
     pub is_new: bool,
     /// Sum of the normal velocities at the flow's start and end \[m/s\].
@@ -165,13 +167,16 @@ impl<S: Geometry> Alone<S> {
 
     /// Takes in what contacts tell the next step, which asks for them by their names: in that order. `known` is what the step
     /// before told.
-    pub(super) fn remember(&mut self, all: &mut [&Held<S>], rules: &Rules, known: &Memory) {
-        all.sort_unstable_by_key(|held| held.contact.id);
+    pub(super) fn remember(&mut self, all: &[&Held<S>], rules: &Rules, known: &Memory) {
+        let names = in_order(all, known.pressed.len());
         let (forces, memory) = &mut self.told;
-        for held in all {
-            let id = held.contact.id;
+        let mut turned_before = known.turned.iter().copied().peekable();
+        for (id, k) in names {
+            let held = all[k];
             forces.add(&held.contact, &held.impulse, rules.dt);
-            let turned = held.turned.max(rules.faded * known.turned(id));
+            while turned_before.next_if(|t| t.0 < id).is_some() {}
+            let left = turned_before.peek().filter(|t| t.0 == id).map_or(0.0, |t| t.1);
+            let turned = held.turned.max(rules.faded * left);
             if turned > 0.0 {
                 memory.turned.push((id, turned));
             }
@@ -212,6 +217,27 @@ impl<S: Geometry> Alone<S> {
         }
         report.islands.push(found.island(1, held.body, None));
     }
+}
+
+/// The names of contacts, ascending, each with its place among them. So many pressed in the step before, in order: most do
+/// again.
+fn in_order<S: Geometry>(all: &[&Held<S>], pressed: usize) -> Vec<(u64, usize)> {
+    const NOBODY: usize = usize::MAX;
+    let mut again = vec![NOBODY; pressed];
+    let mut new = Vec::new();
+    for (k, held) in all.iter().enumerate() {
+        match held.pressed_as {
+            Some(place) => again[place] = k,
+            None => new.push((held.contact.id, k)),
+        }
+    }
+    let mut names = Vec::with_capacity(all.len());
+    names.extend(again.into_iter().filter(|&k| k != NOBODY).map(|k| (all[k].contact.id, k)));
+    if !new.is_empty() {
+        names.append(&mut new);
+        names.sort_unstable();
+    }
+    names
 }
 
 /// The report of a flow that bodies which are alone share with others.

@@ -76,7 +76,11 @@ fn box_of<S: Geometry>(bodies: &Bodies<S>, i: usize, reach: f64, limits: &Limits
     let collider = d.collider.as_ref().expect("a body with a shape");
     // pairs touch by the smaller body's size: an obstacle adds nothing
     let touching = if d.inverse_mass > 0.0 { limits.touching(d, d) } else { 0.0 };
-    S::bounds(collider, &bodies.shape_pose(i), reach + touching)
+    let room = reach + touching;
+    match d.ball_radius {
+        Some(radius) => Aabb::of_point(bodies.motion.position[i]).grown(radius).grown(room),
+        None => S::bounds(collider, &bodies.shape_pose(i), room),
+    }
 }
 
 impl<S: Geometry> Candidates<S> {

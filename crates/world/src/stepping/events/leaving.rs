@@ -8,11 +8,11 @@ use super::ahead::HELD;
 use super::alone::{Alone, Held, Passage, Rules};
 use super::arrival::Way;
 use super::flow::Stick;
+use super::lying::Beside;
 use super::memory::faded;
 use super::timeline::{Timeline, state};
 use crate::bodies::Bodies;
 use crate::integrate::turns_steadily;
-use crate::narrow_phase::Touch;
 use crate::observe::ledger::Ledger;
 use crate::settings::PlasticArrivals;
 use carom_geometry::{ContactPoint, Geometry};
@@ -25,13 +25,11 @@ pub(super) struct Found<S: Geometry> {
     pub held: Vec<Held<S>>,
     /// Points of the pair looked at.
     pub points: Vec<ContactPoint<S>>,
-    /// Its contacts.
-    pub touches: Vec<Touch<S>>,
 }
 
 impl<S: Geometry> Default for Found<S> {
     fn default() -> Self {
-        Found { held: Vec::new(), points: Vec::new(), touches: Vec::new() }
+        Found { held: Vec::new(), points: Vec::new() }
     }
 }
 
@@ -109,7 +107,7 @@ impl<S: Geometry> Timeline<'_, '_, S> {
                 pressing.extend((held.impulse.normal > 0.0).then_some(held));
             }
         }
-        alone.remember(&mut pressing, &rules, &common.warm.contacts);
+        alone.remember(&pressing, &rules, &common.warm.contacts);
         ledger.integrator = paid - fallen;
         self.ledger.add(&ledger);
         self.events.islands += alone.members.len();
@@ -144,9 +142,10 @@ impl<S: Geometry> Timeline<'_, '_, S> {
                 return None;
             }
             let touching = limits.touching(data, &bodies.data[other]);
-            match self.touch_of((i, pair), touching, found) {
+            let Some(beside) = Beside::of(bodies, i, pair) else { continue };
+            match self.touch_of(&beside, touching, &mut found.points) {
                 Some(_) if passage.held.is_some() => return None,
-                Some(touch) => self.lie((i, pair), touch, passage, (rules, found))?,
+                Some(touch) => self.lie(&beside, touch, passage, (rules, found))?,
                 None if self.may_come(pair, (passage, None), found) => return None,
                 None => {}
             }

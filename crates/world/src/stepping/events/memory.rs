@@ -48,7 +48,11 @@ impl Memory {
     }
     /// True for a contact that pressed.
     pub(super) fn has_pressed(&self, id: u64) -> bool {
-        self.pressed.binary_search(&id).is_ok()
+        self.pressed_as(id).is_some()
+    }
+    /// The place of a contact among those that pressed.
+    pub(super) fn pressed_as(&self, id: u64) -> Option<usize> {
+        self.pressed.binary_search(&id).ok()
     }
     /// Velocity of a contact that turning has left \[m/s\].
     pub(super) fn turned(&self, id: u64) -> f64 {

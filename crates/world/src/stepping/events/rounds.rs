@@ -41,9 +41,11 @@ pub(super) const ONE_SIDE: f64 = 0.7;
 
 /// Where a contact is, and which way it faces.
 #[derive(Clone, Copy)]
-struct Place<S: Geometry> {
-    point: S::Vector,
-    normal: S::Vector,
+pub(super) struct Place<S: Geometry> {
+    /// The contact point.
+    pub point: S::Vector,
+    /// Its unit normal.
+    pub normal: S::Vector,
 }
 
 impl<S: Geometry> Place<S> {
