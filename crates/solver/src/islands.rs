@@ -75,6 +75,37 @@ pub struct Islands {
     rows: Members,
     /// Movable bodies of each island, and the smallest index among them.
     bodies: Vec<(usize, usize)>,
+    known: Graph,
+}
+
+/// What islands depend on: whom contacts and rows join, how many of these are contacts, and which bodies move.
+#[derive(Clone, Debug, Default)]
+struct Graph {
+    pairs: Vec<(u32, u32)>,
+    contacts: usize,
+    moves: Vec<bool>,
+}
+
+impl Graph {
+    /// Takes in a problem's; true where it is as it was.
+    fn stands<S: Space>(&mut self, problem: &ContactProblem<S>) -> bool {
+        let of_contacts = problem.contacts.iter().map(|c| (c.a as u32, c.b as u32));
+        let now = of_contacts.chain(problem.rows.iter().map(|r| (r.a as u32, r.b as u32)));
+        let moves = problem.inverse_masses.iter().map(|mass| !mass.is_fixed());
+        let Graph { pairs, contacts, moves: moved } = self;
+        if *contacts == problem.contacts.len()
+            && now.clone().eq(pairs.iter().copied())
+            && moves.clone().eq(moved.iter().copied())
+        {
+            return true;
+        }
+        *contacts = problem.contacts.len();
+        pairs.clear();
+        pairs.extend(now);
+        moved.clear();
+        moved.extend(moves);
+        false
+    }
 }
 
 /// Bodies that belong to no island.
@@ -87,9 +118,18 @@ impl Islands {
         islands.update(problem);
         islands
     }
-    /// Finds the islands of a problem, reusing memory.
+    /// Finds the islands of a problem, reusing memory; they stand while the problem joins the same bodies.
     pub fn update<S: Space>(&mut self, problem: &ContactProblem<S>) {
-        let moves = |i: usize| !problem.inverse_masses[i].is_fixed();
+        if self.known.stands(problem) {
+            return;
+        }
+        let known = std::mem::take(&mut self.known);
+        self.find(problem, &known.moves);
+        self.known = known;
+    }
+
+    fn find<S: Space>(&mut self, problem: &ContactProblem<S>, moves: &[bool]) {
+        let moves = |i: usize| moves[i];
         let pairs = problem.contacts.iter().map(|c| (c.a, c.b));
         let pairs = pairs.chain(problem.rows.iter().map(|r| (r.a, r.b)));
         let bodies = problem.inverse_masses.len();
