@@ -375,8 +375,14 @@ macro_rules! stamp {
             ) -> PyResult<Bound<'py, PyDict>> {
                 let (iterations, factorisations) = budget;
                 let impulses = crate::arguments::impulse_choice(py, impulses)?;
-                let settings =
-                    SolveSettings { iterations, tolerance, factorisations, impulses, content: None };
+                let settings = SolveSettings {
+                    iterations,
+                    tolerance,
+                    factorisations,
+                    impulses,
+                    content: None,
+                    polish: false,
+                };
                 self.inner.solve(py, solver, settings, law, start.as_deref())
             }
         }

@@ -70,6 +70,10 @@ pub struct SolveSettings {
     /// What will do where the tolerance takes long; read by solvers that factorise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub content: Option<Content>,
+    /// True where the impulses begin the solve of a problem much like this one, as in bodies at rest: those that are factorised
+    /// for are taken well below the tolerance, at most one more factorisation beyond it. Read by `exact`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub polish: bool,
 }
 
 /// What a solve is content with in the end.
@@ -95,6 +99,7 @@ impl Default for SolveSettings {
             factorisations: most_factorisations(),
             impulses: ImpulseChoice::Any,
             content: None,
+            polish: false,
         }
     }
 }

@@ -15,6 +15,7 @@ const SETTINGS: SolveSettings = SolveSettings {
     factorisations: 2000,
     impulses: carom_solver::ImpulseChoice::Any,
     content: None,
+    polish: false,
 };
 
 fn pairs<S: Space>(random: &mut Random, law: FrictionLaw) -> Vec<ContactProblem<S>> {

@@ -15,6 +15,7 @@ const SETTINGS: SolveSettings = SolveSettings {
     factorisations: 2000,
     impulses: ImpulseChoice::Any,
     content: None,
+    polish: false,
 };
 /// Islands side by side.
 const ISLANDS: usize = 30;

@@ -317,7 +317,7 @@ impl<S: Space> Settings<S> {
     /// How long and how exactly a step's contacts are solved.
     pub fn solve(&self) -> SolveSettings {
         let Settings { iterations, tolerance, factorisations, impulses, .. } = *self;
-        SolveSettings { iterations, tolerance, factorisations, impulses, content: None }
+        SolveSettings { iterations, tolerance, factorisations, impulses, content: None, polish: false }
     }
     /// The solver that is used: the one chosen, or the scheme's own.
     pub fn solver_kind(&self) -> SolverKind {

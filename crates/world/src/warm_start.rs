@@ -77,11 +77,23 @@ impl<S: Space> WarmStart<S> {
     }
     /// Remembers the impulses of a step of length `dt`.
     pub fn store(&mut self, problem: &ContactProblem<S>, impulses: &Impulses<S>, dt: f64) {
+        self.store_by(&ByName::of(problem), problem, impulses, dt);
+    }
+    /// The same where the order of the names is known.
+    pub(crate) fn store_by(
+        &mut self,
+        names: &ByName,
+        problem: &ContactProblem<S>,
+        impulses: &Impulses<S>,
+        dt: f64,
+    ) {
         self.forces.clear();
-        for (c, g) in problem.contacts.iter().zip(&impulses.contacts).filter(|(_, g)| g.normal > 0.0) {
-            self.add(c, g, dt);
+        for k in names.order() {
+            let (c, g) = (&problem.contacts[k], &impulses.contacts[k]);
+            if g.normal > 0.0 {
+                self.add(c, g, dt);
+            }
         }
-        self.forces.sort_by_key(|f| f.0);
         self.moments.clear();
         for (r, &m) in problem.resistances.iter().zip(&impulses.moments) {
             let c = &problem.contacts[r.contact];
@@ -129,10 +141,36 @@ impl<S: Space> WarmStart<S> {
     pub fn load(&self, problem: &ContactProblem<S>, dt: f64, impulses: &mut Impulses<S>) {
         for (c, g) in problem.contacts.iter().zip(&mut impulses.contacts) {
             if let Ok(k) = self.forces.binary_search_by_key(&c.id, |f| f.0) {
-                let (_, normal, tangent) = self.forces[k];
-                *g = Impulse { normal: normal * dt, tangent: c.to_slip(tangent * dt) };
+                *g = self.impulse(k, c, dt);
             }
         }
+        self.load_others(problem, dt, impulses);
+    }
+    /// The same where the order of the names is known.
+    pub(crate) fn load_by(
+        &self,
+        names: &ByName,
+        problem: &ContactProblem<S>,
+        dt: f64,
+        impulses: &mut Impulses<S>,
+    ) {
+        let mut next = 0;
+        for k in names.order() {
+            let c = &problem.contacts[k];
+            next += self.forces[next..].iter().take_while(|f| f.0 < c.id).count();
+            if self.forces.get(next).is_some_and(|f| f.0 == c.id) {
+                impulses.contacts[k] = self.impulse(next, c, dt);
+            }
+        }
+        self.load_others(problem, dt, impulses);
+    }
+    /// The impulse that one of the forces gives a contact.
+    fn impulse(&self, k: usize, c: &Contact<S>, dt: f64) -> Impulse<S> {
+        let (_, normal, tangent) = self.forces[k];
+        Impulse { normal: normal * dt, tangent: c.to_slip(tangent * dt) }
+    }
+    /// Rows and resistances of it.
+    fn load_others(&self, problem: &ContactProblem<S>, dt: f64, impulses: &mut Impulses<S>) {
         for (r, l) in problem.rows.iter().zip(&mut impulses.rows) {
             if let Ok(k) = self.rows.binary_search_by_key(&r.id, |row| row.0) {
                 *l = self.rows[k].1 * dt;
@@ -144,6 +182,34 @@ impl<S: Space> WarmStart<S> {
                 *m = c.moment_to_frame(self.moments[k].1 * dt);
             }
         }
+    }
+}
+
+/// The contacts of a problem in the order of their names. It changes no answer: while the same contacts come in the same
+/// order, nothing is sorted.
+#[derive(Debug, Default)]
+pub(crate) struct ByName(Vec<u32>);
+
+impl ByName {
+    /// Those of a problem.
+    pub fn of<S: Space>(problem: &ContactProblem<S>) -> Self {
+        let mut names = ByName::default();
+        names.update(problem);
+        names
+    }
+    /// Becomes those of a problem.
+    pub fn update<S: Space>(&mut self, problem: &ContactProblem<S>) {
+        let contacts = &problem.contacts;
+        let name = |k: u32| contacts[k as usize].id;
+        let stands = self.0.len() == contacts.len() && self.0.is_sorted_by(|&j, &k| name(j) < name(k));
+        if !stands {
+            self.0.clear();
+            self.0.extend(0..contacts.len() as u32);
+            self.0.sort_by_key(|&k| name(k));
+        }
+    }
+    fn order(&self) -> impl Iterator<Item = usize> {
+        self.0.iter().map(|&k| k as usize)
     }
 }
 

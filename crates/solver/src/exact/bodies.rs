@@ -253,6 +253,27 @@ impl<const D: usize> Rows<D> {
         }
         block
     }
+    /// The same of a contact with itself, between two bodies: a diagonal block of W.
+    pub fn own_block(&self, i: usize) -> [[f64; D]; D] {
+        if self.freedoms == 3 { self.own_block_of::<3>(i) } else { self.own_block_of::<6>(i) }
+    }
+    fn own_block_of<const F: usize>(&self, i: usize) -> [[f64; D]; D] {
+        let mut block = [[0.0; D]; D];
+        let both = self.values[2 * i * D * F..][..2 * D * F].as_chunks::<F>().0;
+        for (rows, _) in both.chunks_exact(D).zip(self.pairs[i]).filter(|(_, body)| *body != NO_BODY) {
+            for r in 0..D {
+                for c in 0..=r {
+                    block[r][c] += rows[r].iter().zip(&rows[c]).map(|(a, b)| a * b).sum::<f64>();
+                }
+            }
+        }
+        for r in 0..D {
+            for c in r + 1..D {
+                block[r][c] = block[c][r];
+            }
+        }
+        block
+    }
     /// True when the contacts join the same bodies.
     pub fn has_graph_of(&self, other: &Self) -> bool {
         (self.freedoms, self.bodies) == (other.freedoms, other.bodies) && self.pairs == other.pairs

@@ -184,6 +184,7 @@ impl<S: Space> ExactContacts<S> {
                     after: c.after.saturating_sub(factorisations),
                     tolerance: c.tolerance * SHARE / blocks.largest_velocity(),
                 }),
+                polish: settings.polish && settings.impulses == ImpulseChoice::Any,
                 early: false,
             };
             let answer = solve_blocks(&blocks, &goal, &mut r, (&mut self.analyses, memory), watch);

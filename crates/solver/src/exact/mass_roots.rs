@@ -35,6 +35,7 @@ impl MassRoots {
         self.places[body]
     }
     /// Appends the row of B for one body and a row of J, times a sign; zeros for a body that cannot move.
+    #[inline]
     pub fn push<S: Space>(
         &self,
         body: usize,
@@ -42,16 +43,17 @@ impl MassRoots {
         sign: f64,
         values: &mut Vec<f64>,
     ) {
-        let Some((linear, angular)) = self.roots.get(self.places[body] as usize) else {
-            values.extend(std::iter::repeat_n(0.0, S::DOF));
-            return;
-        };
-        values.extend(on_linear.as_slice().iter().map(|d| sign * linear * d));
-        for column in 0..S::SPIN {
-            let along: f64 =
-                on_angular.as_slice().iter().zip(angular).map(|(m, line)| m * line[column]).sum();
-            values.push(sign * along);
+        let mut row = [0.0; 6];
+        if let Some((linear, angular)) = self.roots.get(self.places[body] as usize) {
+            for k in 0..S::DIM {
+                row[k] = sign * linear * on_linear[k];
+            }
+            for column in 0..S::SPIN {
+                let along: f64 = (0..S::SPIN).map(|k| on_angular[k] * angular[k][column]).sum();
+                row[S::DIM + column] = sign * along;
+            }
         }
+        values.extend_from_slice(&row[..S::DOF]);
     }
 }
 

@@ -109,6 +109,8 @@ struct Goal {
     impulses: ImpulseChoice,
     /// What will do after how many factorisations.
     content: Option<Content>,
+    /// Solutions are taken well below the tolerance.
+    polish: bool,
     /// Newton from the sweeps before the interior point. Its answers lie on the edges of the cones where others are
     /// as good, and are worse starts for the next step than the interior point's.
     early: bool,
@@ -240,6 +242,7 @@ fn in_dimension<const D: usize>(
         factorisations: settings.factorisations,
         impulses: settings.impulses,
         content: None,
+        polish: false,
         early: true,
     };
     let mut analyses = Analyses::default();
@@ -358,7 +361,7 @@ fn solve_blocks<const D: usize>(
             let limits = (goal.tolerance, goal.factorisations);
             let mut watched = |p: &Progress| watch(p);
             let mut solve = Solve::of(blocks, limits, (analyses, memory), &mut watched);
-            solve.content = goal.content;
+            (solve.content, solve.polish) = (goal.content, goal.polish);
             second_order(&mut solve, goal, (r, given.as_deref()), &mut answer);
             solve.leave(memory);
         }
@@ -391,6 +394,11 @@ fn second_order<const D: usize>(
         let mut x = solve.vector();
         answer.end = climb(solve, goal, &mut x, &mut answer.stages);
         solve.pool.give([x]);
+        if answer.solved() && goal.polish {
+            let before = solve.system.factorisations;
+            newton::better(solve);
+            answer.stages.push(Stage { name: "newton", iterations: solve.system.factorisations - before });
+        }
     }
     let least = if goal.is_least() && answer.solved() { minimum_norm::least(solve) } else { None };
     answer.errors = solve.best_errors;

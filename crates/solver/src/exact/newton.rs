@@ -9,6 +9,12 @@ const SHIFT: f64 = 1e-7;
 /// Shorter steps are not tried: 1/32.
 const HALVINGS: usize = 5;
 
+/// Error, over the tolerance, that good impulses have, and most steps for it with a factor that there is.
+const WELL: f64 = 1e-4;
+const POLISHES: usize = 3;
+/// Share of its error that such a step may leave for another one to be worth its cost.
+const NEARER: f64 = 0.1;
+
 /// A Newton iteration in progress.
 struct Iteration<const D: usize> {
     x: Vec<[f64; D]>,
@@ -43,15 +49,29 @@ impl<const D: usize> Iteration<D> {
         }
         let mut length = 1.0;
         for halving in 0..=HALVINGS {
-            advance(&self.x, &self.dx, length, &mut self.next);
-            solve.scaled.velocities(&self.next, &mut self.next_u);
-            self.next_size = natural_size(&solve.scaled, &self.next, &self.next_u);
+            self.look(solve, length);
             if self.next_size < (1.0 - 1e-4 * length) * self.size || halving == HALVINGS {
                 break;
             }
             length *= 0.5;
         }
         Some(self.next_size < self.size)
+    }
+    /// The same with the factor of the step before, whole or not at all: whether there was a step.
+    fn step_again(&mut self, solve: &mut Solve<'_, D>) -> bool {
+        let system = &mut solve.system;
+        newton_rows(&solve.scaled, (&self.x, &self.u), (0.0, SHIFT), (&mut system.blocks, &mut self.dx));
+        if !system.solve(&solve.scaled, &mut self.dx) {
+            return false;
+        }
+        self.look(solve, 1.0);
+        true
+    }
+    /// Looks where so much of the step leads.
+    fn look(&mut self, solve: &mut Solve<'_, D>, length: f64) {
+        advance(&self.x, &self.dx, length, &mut self.next);
+        solve.scaled.velocities(&self.next, &mut self.next_u);
+        self.next_size = natural_size(&solve.scaled, &self.next, &self.next_u);
     }
     /// Goes where the step led.
     fn accept(&mut self) {
@@ -77,6 +97,50 @@ pub fn finish<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most
     let end = steps_to(solve, &mut at, most);
     at.leave(solve);
     end
+}
+
+/// The same, and where that is asked for impulses that come out come out well: what is left of the forces moves bodies at rest,
+/// and would ask for another factorisation in a few steps.
+pub fn finish_well<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most: usize) -> StageEnd {
+    let mut at = Iteration::new(solve, start);
+    let end = steps_to(solve, &mut at, most);
+    if end == StageEnd::Solved && solve.polish {
+        polish(solve, &mut at);
+    }
+    at.leave(solve);
+    end
+}
+
+/// Brings the best impulses, which are good enough, to where they are good: one factorisation where there is one left.
+pub fn better<const D: usize>(solve: &mut Solve<'_, D>) {
+    if solve.spent() || solve.best_errors.worst() <= WELL * solve.tolerance {
+        return;
+    }
+    let start = solve.pool.copy(&solve.best);
+    let mut at = Iteration::new(solve, &start);
+    if at.step(solve, SHIFT).is_some() {
+        at.accept();
+        let before = solve.best_errors.worst();
+        if solve.judge(&at.x, &at.u).worst() <= NEARER * before {
+            polish(solve, &mut at);
+        }
+    }
+    at.leave(solve);
+    solve.pool.give([start]);
+}
+
+/// Steps with the factor that there is, while each brings the errors down by much.
+fn polish<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>) {
+    for _ in 0..POLISHES {
+        let before = solve.best_errors.worst();
+        if before <= WELL * solve.tolerance || !at.step_again(solve) {
+            return;
+        }
+        at.accept();
+        if !(solve.judge(&at.x, &at.u).worst() <= NEARER * before) {
+            return;
+        }
+    }
 }
 
 fn steps_to<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>, most: usize) -> StageEnd {

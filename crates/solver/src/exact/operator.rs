@@ -69,7 +69,7 @@ impl<const D: usize> Operator<D> {
                 let block = &m.values[m.diagonal[i] as usize..][..D * D];
                 std::array::from_fn(|r| std::array::from_fn(|c| block[r * D + c]))
             }
-            Operator::Bodies(rows) => rows.coupling(i, i),
+            Operator::Bodies(rows) => rows.own_block(i),
         }
     }
     /// out = W x; `bodies` is memory for B^T x.

@@ -35,6 +35,8 @@ pub struct Solve<'a, const D: usize> {
     pub budget: usize,
     /// What will do after how many factorisations; its tolerance is in the measure of `tolerance`.
     pub content: Option<Content>,
+    /// Solutions are taken well below the tolerance.
+    pub polish: bool,
     /// The best iterate of all stages, in the units of the cone, and its errors.
     pub best: Vec<[f64; D]>,
     pub best_errors: Errors,
@@ -58,8 +60,8 @@ impl<'a, const D: usize> Solve<'a, D> {
         system.update(&scaled, analyses);
         let best = pool.zeros(scaled.velocity.len());
         let best_errors = Errors::default();
-        let content = None;
-        Solve { blocks, scaled, system, tolerance, budget, content, best, best_errors, pool, watch }
+        let (content, polish) = (None, false);
+        Solve { blocks, scaled, system, tolerance, budget, content, polish, best, best_errors, pool, watch }
     }
     /// Gives the memory back.
     pub fn leave(self, memory: &mut Memory<D>) {

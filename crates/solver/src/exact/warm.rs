@@ -2,7 +2,7 @@
 //! where the contacts' states have changed, interior point from a point as far inside the cones as they are wrong.
 
 use super::interior_point::{CENTRED, interior_point_from};
-use super::newton::finish;
+use super::newton::finish_well;
 use super::stage::{Solve, StageEnd};
 use super::step::Pair;
 use crate::friction_problem::project_on_cone;
@@ -37,7 +37,7 @@ fn from_there<const D: usize>(
     stages: &mut Vec<Stage>,
 ) -> StageEnd {
     let before = solve.system.factorisations;
-    let end = finish(solve, x, STEPS);
+    let end = finish_well(solve, x, STEPS);
     let spent = solve.system.factorisations;
     stages.push(Stage { name: "newton", iterations: spent - before });
     if end != StageEnd::Stuck {

@@ -147,6 +147,17 @@ impl<S: Space> Ladder<S> {
         }
     }
 
+    /// The residual of the whole, measured anew: what islands said of themselves does not add up to it.
+    fn residual_of_all(&mut self, problem: &ContactProblem<S>, impulses: &Impulses<S>) -> Residual {
+        if problem.is_of_normals() {
+            return residual_of_normals(problem, impulses, (&mut self.pressed, &mut self.after));
+        }
+        if self.prepared.contacts.len() != problem.contacts.len() {
+            self.prepared.update(problem);
+        }
+        residual_in(problem, &self.prepared, impulses, &mut self.after)
+    }
+
     /// A refusal of one island as one of the whole problem.
     fn located(&self, island: usize, reason: &str) -> String {
         if self.islands.count() == 1 {
@@ -201,12 +212,15 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
                 return outcome;
             }
             impulses.copy_from(&self.given);
-            // their residual needs no rows
-            self.prepared.contacts.clear();
-        } else {
+        }
+        // a single island is all of the problem: what is left of it is measured where it is solved
+        let is_one = !normals_alone && self.islands.count() == 1 && problem.contacts.len() > 1;
+        self.prepared.contacts.clear();
+        if !normals_alone && !is_one {
             self.prepared.update(problem);
         }
         let mut outcome = Outcome::nothing_to_do();
+        let mut of_one = None;
         outcome.islands.reserve(self.islands.count());
         let stopped = self.climb_shared(problem, settings, impulses, watch);
         let mut short = None;
@@ -231,7 +245,12 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
             let told = outcome.strict_feasibility.into_iter().chain(climbed.strict_feasibility);
             outcome.strict_feasibility = told.reduce(f64::min);
             let stop = climbed.stop.clone();
+            let left = climbed.residual;
             outcome.islands.push(self.report(island, climbed));
+            if is_one && !matches!(stop, Stop::Refused(_) | Stop::Interrupted) {
+                let worst = outcome.islands[0].worst;
+                of_one = Some(Residual { worst, ..left });
+            }
             match stop {
                 Stop::Interrupted => outcome.stop = stop,
                 Stop::Refused(reason) => {
@@ -249,12 +268,7 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
             }
             break;
         }
-        // measured anew on the whole: what the islands said of themselves is not taken on trust
-        outcome.residual = if normals_alone {
-            residual_of_normals(problem, impulses, (&mut self.pressed, &mut self.after))
-        } else {
-            residual_in(problem, &self.prepared, impulses, &mut self.after)
-        };
+        outcome.residual = of_one.unwrap_or_else(|| self.residual_of_all(problem, impulses));
         let asks_more = settings.impulses == ImpulseChoice::MinimumNorm && short.is_some();
         if outcome.stop == Stop::Converged && (asks_more || outcome.residual.absolute > settings.tolerance) {
             outcome.stop = short.unwrap_or(Stop::OutOfIterations);

@@ -2,7 +2,9 @@
 
 use crate::scenes::*;
 use carom_math::Space;
-use carom_solver::{Content, ImpulseChoice, Impulses, SolveSettings, SolverKind, Stop, residual};
+use carom_solver::{
+    ContactProblem, Content, ImpulseChoice, Impulses, SolveSettings, SolverKind, Stop, Twist, residual,
+};
 
 /// The residual is within this factor of the measure that the solver keeps its best by.
 const FACTOR: f64 = 3.0;
@@ -77,6 +79,30 @@ fn a_long_solve_ends_with_what_will_do_and_never_starts_over<S: Space>() {
     assert!(short > 3, "only {short} solves had enough before they were done");
 }
 
+/// Impulses that begin the next solve are taken well below the tolerance, for one more factorisation at most.
+fn polished_impulses_are_well_below_the_tolerance<S: Space>() {
+    let problem = wall::<S>(5, 6, 0.5);
+    let solve = |polish: bool, mut found: Impulses<S>, problem: &ContactProblem<S>| {
+        let settings = SolveSettings { tolerance: 1e-6 * FALL, polish, ..SolveSettings::default() };
+        let outcome = SolverKind::Exact.make().solve(problem, &settings, &mut found);
+        assert_eq!(outcome.stop, Stop::Converged, "{outcome:?}");
+        (outcome, found)
+    };
+    let (plain, _) = solve(false, Impulses::zero(&problem), &problem);
+    let (cold, start) = solve(true, Impulses::zero(&problem), &problem);
+    assert!(plain.factorisations > 0 && cold.factorisations <= plain.factorisations + 1, "{cold:?}");
+    assert!(cold.residual.absolute <= 1e-9 * FALL, "{cold:?}");
+    // loads a little off, as a step later
+    let mut next = problem.clone();
+    for (k, v) in next.velocities.iter_mut().enumerate().filter(|(_, v)| **v != Twist::default()) {
+        v.linear[0] += 1e-3 * FALL * (1.7 * k as f64).sin();
+    }
+    let (plain, _) = solve(false, start.clone(), &next);
+    let (warm, _) = solve(true, start, &next);
+    assert_eq!(warm.factorisations, plain.factorisations, "{warm:?}");
+    assert!(plain.factorisations > 0 && warm.residual.absolute <= 1e-9 * FALL, "{plain:?}, {warm:?}");
+}
+
 /// A good start is not lost to a budget that ends in a worse place.
 fn a_start_better_than_what_a_budget_reaches_is_kept<S: Space>() {
     let problem = wall::<S>(5, 6, 0.5);
@@ -95,6 +121,7 @@ fn a_start_better_than_what_a_budget_reaches_is_kept<S: Space>() {
 
 in_both_spaces! {
     a_long_solve_ends_with_what_will_do_and_never_starts_over;
+    polished_impulses_are_well_below_the_tolerance;
     a_spent_budget_gives_the_best_so_far_and_says_so;
     a_start_better_than_what_a_budget_reaches_is_kept;
 }

@@ -21,10 +21,10 @@ use crate::observe::report::SolveReport;
 use crate::settings::{OnInaccurate, Settings};
 use crate::stepping::held::{self, Held};
 use crate::stepping::{Chosen, Outside, SchemeReport, choose_solver, damp};
-use crate::warm_start::WarmStart;
+use crate::warm_start::{ByName, WarmStart};
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
-use carom_solver::{ContactProblem, Impulses, Stop, Twist, Watch};
+use carom_solver::{ContactProblem, Impulses, SolveSettings, Stop, Twist, Watch};
 
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
 pub struct FixedStep<S: Geometry> {
@@ -42,6 +42,8 @@ pub struct FixedStep<S: Geometry> {
     pub impulses: Impulses<S>,
     /// Index into the step's touches of each contact of the problem.
     pub pressed: Vec<usize>,
+    /// The order of its contacts' names.
+    names: ByName,
     approaches: Vec<f64>,
     start: Vec<Twist<S>>,
     free: Vec<Twist<S>>,
@@ -69,6 +71,7 @@ impl<S: Geometry> Default for FixedStep<S> {
             impulses: Impulses::zero(&problem),
             problem,
             pressed: Vec::new(),
+            names: ByName::default(),
             approaches: Vec::new(),
             start: Vec::new(),
             free: Vec::new(),
@@ -140,7 +143,7 @@ impl<S: Geometry> FixedStep<S> {
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         self.correct(bodies, touches, settings, &limits, step, &mut report.ledger);
         self.keep_joints(bodies);
-        warm.store(&self.problem, &self.impulses, step.dt);
+        warm.store_by(&self.names, &self.problem, &self.impulses, step.dt);
         Ok(report)
     }
 
@@ -273,18 +276,20 @@ impl<S: Geometry> FixedStep<S> {
         let touches = self.mid_step.update(bodies, touches, &self.origin, limits.dt, turning);
         for (k, t) in touches.iter().enumerate() {
             let mut contact = assembly::contact(bodies, t, 0.0);
-            let (before, _) = contact.relative_velocity(&self.start);
+            let before = contact.normal_velocity(&self.start);
             match limits.role(t.gap, before, t.restitution) {
                 Role::Holds => {}
                 // touches, and the impact phase could not turn it round: it ends here
                 Role::Bounces if t.gap <= limits.touching && self.impacts.resolved(k) => {}
                 _ => continue,
             }
-            contact.target = held_velocity(limits.closing(t.gap), self.approaches[k], before, end_share);
+            let (closing, start) = limits.without_noise(limits.closing(t.gap), self.approaches[k]);
+            contact.target = held_velocity(closing, start, before - self.approaches[k], end_share);
             self.problem.contacts.push(contact);
             assembly::resist(&mut self.problem, t);
             self.pressed.push(k);
         }
+        self.names.update(&self.problem);
     }
 
     /// Solves with joints closed at the step's end: again until they are, or the solver brings them no nearer.
@@ -320,7 +325,7 @@ impl<S: Geometry> FixedStep<S> {
             if !held.aim(bodies, settings.integrator, step, start, free, after) {
                 break;
             }
-            last.store(&self.problem, &self.impulses, step.dt);
+            last.store_by(&self.names, &self.problem, &self.impulses, step.dt);
         }
         report
     }
@@ -346,10 +351,10 @@ impl<S: Geometry> FixedStep<S> {
             return None;
         }
         if settings.warm_start {
-            warm.load(&self.problem, dt, &mut self.impulses);
+            warm.load_by(&self.names, &self.problem, dt, &mut self.impulses);
         }
         let (_, _, solver) = self.solver.as_mut()?;
-        let solve = settings.solve();
+        let solve = SolveSettings { polish: true, ..settings.solve() };
         let outcome = solver.solve_watched(&self.problem, &solve, &mut self.impulses, watch);
         let worst = assembly::bodies_of(&self.problem, outcome.residual.worst);
         Some(SolveReport::new(outcome, self.problem.contacts.len(), worst))
@@ -442,14 +447,14 @@ impl<S: Geometry> FixedStep<S> {
     }
 }
 
-/// End velocity with which the step closes a gap and no more, from the normal velocity `before` the kick and the
-/// integrator's share s: (1-s) u- + s u+ = `closing`. What the contact approaches too fast at the step's `start`,
-/// because its impact was solved inexactly, is stopped and not thrown back: the mean alone would not damp it.
-fn held_velocity(closing: f64, start: f64, before: f64, end_share: f64) -> f64 {
+/// End velocity with which the step closes a gap and no more, from the normal velocity before the kick, which is that at the
+/// step's `start` and what the way to the kick `turned`, and the integrator's share s: (1-s) u- + s u+ = `closing`. What the
+/// contact approaches too fast at the start, because its impact was solved inexactly, is stopped and not thrown back: the
+/// mean alone would not damp it.
+fn held_velocity(closing: f64, start: f64, turned: f64, end_share: f64) -> f64 {
     if end_share == 0.0 {
         // the displacement is already made: hold the next one
         return closing;
     }
-    let turned = before - start;
     (closing - (1.0 - end_share) * (start.max(closing) + turned)) / end_share
 }

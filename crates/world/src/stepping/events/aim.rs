@@ -109,6 +109,7 @@ mod tests {
             iterations: 100,
             factorisations: 2000,
             content: None,
+            polish: false,
         };
         let mut given = Impulses::zero(&problem);
         Aiming { solver: &mut hasty, enough, after: AIM }.solve_watched(
