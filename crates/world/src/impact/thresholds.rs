@@ -47,12 +47,4 @@ impl Thresholds {
     pub fn closing(&self, gap: f64) -> f64 {
         if gap > 0.0 { -gap / self.dt } else { -0.0 }
     }
-    /// The velocity that closes a gap, and the normal velocity of its contact, without what solves leave of either \[m/s\]. That
-    /// differs from contact to contact of one face; to close a gap of it, or to hold its mean at 0, would ask for what no
-    /// rigid body can do, a little more in each step.
-    pub fn without_noise(&self, closing: f64, normal_velocity: f64) -> (f64, f64) {
-        let closing = (closing + self.still_speed).min(-0.0);
-        let beyond = normal_velocity - closing;
-        (closing, closing + (beyond - self.still_speed).max(0.0) + beyond.min(0.0))
-    }
 }

@@ -24,7 +24,7 @@ use crate::stepping::{Chosen, Outside, SchemeReport, choose_solver, damp};
 use crate::warm_start::{ByName, WarmStart};
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia};
-use carom_solver::{ContactProblem, Impulses, SolveSettings, Stop, Twist, Watch};
+use carom_solver::{ContactProblem, Impulses, SolveSettings, SolverKind, Stop, Twist, Watch};
 
 /// Memory of the scheme: nothing in it changes an answer but the warm start, which the world keeps.
 pub struct FixedStep<S: Geometry> {
@@ -271,7 +271,7 @@ impl<S: Geometry> FixedStep<S> {
         assembly::begin(&mut self.problem, bodies, settings.friction_law);
         self.problem.velocities.clone_from(&self.free);
         self.pressed.clear();
-        let end_share = settings.integrator.end_share();
+        let (end_share, noise) = (settings.integrator.end_share(), noise_of(settings));
         let turning = settings.integrator.kicks_half_way();
         let touches = self.mid_step.update(bodies, touches, &self.origin, limits.dt, turning);
         for (k, t) in touches.iter().enumerate() {
@@ -283,7 +283,7 @@ impl<S: Geometry> FixedStep<S> {
                 Role::Bounces if t.gap <= limits.touching && self.impacts.resolved(k) => {}
                 _ => continue,
             }
-            let (closing, start) = limits.without_noise(limits.closing(t.gap), self.approaches[k]);
+            let (closing, start) = without_noise(noise, limits.closing(t.gap), self.approaches[k]);
             contact.target = held_velocity(closing, start, before - self.approaches[k], end_share);
             self.problem.contacts.push(contact);
             assembly::resist(&mut self.problem, t);
@@ -445,6 +445,25 @@ impl<S: Geometry> FixedStep<S> {
             self.accounts.moved(&marks, bodies, step.gravity, Motive::Projection);
         }
     }
+}
+
+/// What solves leave of a contact's velocity \[m/s\], where they come to the run's tolerance; sweeps end by their number, and leave
+/// what they leave.
+fn noise_of<S: Geometry>(settings: &Settings<S>) -> f64 {
+    let comes_to_it = matches!(settings.solver_kind(), SolverKind::Exact | SolverKind::Auto);
+    if comes_to_it || settings.on_inaccurate == OnInaccurate::Escalate { settings.tolerance } else { 0.0 }
+}
+
+/// The velocity that closes a gap, and the normal velocity of its contact at the start, without what solves leave of either
+/// \[m/s\] (theory eq. 6.8a). That differs from contact to contact of one face; to close a gap of it, or to hold its mean at 0,
+/// would ask for what no rigid body can do, a little more in each step.
+fn without_noise(noise: f64, closing: f64, start: f64) -> (f64, f64) {
+    if noise == 0.0 {
+        return (closing, start);
+    }
+    let closing = if closing < -noise { closing + noise } else { -0.0 };
+    let beyond = start - closing;
+    (closing, closing + (beyond - noise).max(0.0) + beyond.min(0.0))
 }
 
 /// End velocity with which the step closes a gap and no more, from the normal velocity before the kick, which is that at the
