@@ -191,6 +191,17 @@ impl<S: Space> PreparedContact<S> {
             friction: c.friction,
         }
     }
+    /// W_ii of the contact, the normal first \[1/kg\]; D is 1 for its normal alone.
+    pub fn block<const D: usize>(&self) -> [[f64; D]; D] {
+        std::array::from_fn(|r| {
+            std::array::from_fn(|c| match (r.min(c), r.max(c)) {
+                (0, 0) => self.normal.inverse_effective_mass,
+                (0, k) => self.normal_coupling[k - 1],
+                (k, l) if k == l => self.tangents[k - 1].inverse_effective_mass,
+                _ => self.tangent_coupling,
+            })
+        })
+    }
     /// Normal relative velocity, and the slip over the slip asked for.
     #[inline]
     pub fn relative_velocity(&self, v: &[Twist<S>]) -> (f64, S::Slip) {

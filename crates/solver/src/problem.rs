@@ -338,14 +338,19 @@ impl<S: Space> Contact<S> {
     /// An impulse in the contact's frame as a world vector.
     #[inline]
     pub fn to_world(&self, impulse: &Impulse<S>) -> S::Vector {
-        let mut force = self.normal * impulse.normal;
-        if impulse.tangent == S::Slip::ZERO {
-            return force;
+        self.normal * impulse.normal + self.slip_to_world(impulse.tangent)
+    }
+    /// Tangential components in the contact's frame as a world vector.
+    #[inline]
+    pub fn slip_to_world(&self, tangent: S::Slip) -> S::Vector {
+        let mut world = S::Vector::ZERO;
+        if tangent == S::Slip::ZERO {
+            return world;
         }
         for k in 0..S::SLIP {
-            force += S::tangent(self.normal, k) * impulse.tangent[k];
+            world += S::tangent(self.normal, k) * tangent[k];
         }
-        force
+        world
     }
     /// A world vector's tangential components in the contact's frame.
     pub fn to_slip(&self, world: S::Vector) -> S::Slip {

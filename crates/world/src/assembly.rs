@@ -120,14 +120,15 @@ pub fn contact_work<S: Geometry>(
         if g.normal == 0.0 && g.tangent == S::Slip::ZERO {
             continue;
         }
-        if g.tangent == S::Slip::ZERO {
-            book(k, 0.5 * g.normal * (c.normal_velocity(before) + c.normal_velocity(after)), 0.0);
-        } else {
-            let (n0, t0) = c.relative_velocity(before);
-            let (n1, t1) = c.relative_velocity(after);
-            book(k, 0.5 * g.normal * (n0 + n1), 0.5 * g.tangent.dot(t0 + t1));
-        }
-        let force = c.to_world(g);
+        // half the sum of both velocities of the points on each other, and the impulses along the normal and across it
+        let at = |body: usize, arm: S::Vector| -> S::Vector {
+            let (one, other) = (&before[body], &after[body]);
+            Twist::<S>::new(one.linear + other.linear, one.angular + other.angular).at(arm)
+        };
+        let mean: S::Vector = (at(c.a, c.arm_a) - at(c.b, c.arm_b)) * 0.5;
+        let across = c.slip_to_world(g.tangent);
+        let force = c.normal * g.normal + across;
+        book(k, g.normal * mean.dot(c.normal), across.dot(mean));
         if !bodies.is_dynamic(c.b) {
             ledger.driven += force.dot(after[c.b].at(c.arm_b));
         }

@@ -91,14 +91,14 @@ impl<const D: usize> Blocks<D> {
         self.operator = Operator::default();
         self.couplings = None;
     }
-    /// What follows from operator, velocity and friction.
+    /// What follows from operator, diagonal, velocity and friction.
     pub fn complete(&mut self) {
-        self.read_diagonal();
         self.norms.clear();
         self.norms.extend(self.diagonal.iter().map(|block| norm_or_one::<D>(block.as_flattened())));
         self.pad();
     }
-    fn read_diagonal(&mut self) {
+    /// Reads the diagonal of the operator.
+    pub fn read_diagonal(&mut self) {
         self.diagonal.clear();
         self.diagonal.extend((0..self.operator.count()).map(|i| self.operator.diagonal_block(i)));
     }

@@ -263,6 +263,8 @@ impl<S: Space> ExactContacts<S> {
         blocks.friction.clear();
         blocks.friction.extend(problem.contacts.iter().map(|c| c.friction));
         blocks.by_contact = true;
+        blocks.diagonal.clear();
+        blocks.diagonal.extend(self.prepared.contacts.iter().map(PreparedContact::block));
         blocks.complete();
     }
 }

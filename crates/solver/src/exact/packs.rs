@@ -332,6 +332,7 @@ mod tests {
             blocks.velocity.push(q);
             blocks.friction.push(0.3 + 0.3 * next());
         }
+        blocks.read_diagonal();
         blocks.complete();
         blocks
     }

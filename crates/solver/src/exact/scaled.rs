@@ -77,8 +77,12 @@ impl<const D: usize> Scaled<D> {
             for k in 0..D {
                 self.velocity[i][k] *= self.shares[i][k] * mean.sqrt() / self.velocity_unit;
             }
-            let block = self.operator.diagonal_block(i);
-            let size = block.as_flattened().iter().map(|w| w * w).sum::<f64>().sqrt();
+            let (block, shares) = (&blocks.diagonal[i], &self.shares[i]);
+            let mut squares = 0.0;
+            for (row, share) in block.iter().zip(shares) {
+                row.iter().zip(shares).for_each(|(w, other)| squares += (w * (share * other)).powi(2));
+            }
+            let size = squares.sqrt();
             self.step[i] = if size > 0.0 { 1.0 / size } else { 1.0 };
         }
         for vector in [&mut self.r, &mut self.u] {

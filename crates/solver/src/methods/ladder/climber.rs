@@ -26,6 +26,14 @@ pub(super) struct Climbed {
     pub strict_feasibility: Option<f64>,
 }
 
+/// True where a problem is one island and few bodies are outside of it: it is solved where it stands.
+fn is_whole<S: Space>(problem: &ContactProblem<S>, islands: &Islands) -> bool {
+    islands.count() == 1
+        && islands.contacts(0).len() == problem.contacts.len()
+        && islands.rows(0).len() == problem.rows.len()
+        && problem.inverse_masses.len() <= 2 * islands.bodies(0).0
+}
+
 impl<S: Space> Climber<S> {
     /// A climber with these solvers; at least one.
     pub fn new(kinds: &[SolverKind]) -> Self {
@@ -58,6 +66,9 @@ impl<S: Space> Climber<S> {
         impulses: &mut Impulses<S>,
         watch: &mut Watch,
     ) -> Climbed {
+        if is_whole(problem, islands) {
+            return self.climb_with((problem, impulses), settings, watch);
+        }
         let climbed = self.climb_out((problem, islands, island), settings, impulses, watch);
         self.part.give(impulses, islands, island);
         climbed
@@ -71,18 +82,25 @@ impl<S: Space> Climber<S> {
         impulses: &Impulses<S>,
         watch: &mut Watch,
     ) -> Climbed {
-        self.part.take(problem, impulses, islands, island);
-        self.climb_part(settings, watch)
+        let mut part = std::mem::take(&mut self.part);
+        part.take(problem, impulses, islands, island);
+        let climbed = self.climb_with((&part.problem, &mut part.impulses), settings, watch);
+        self.part = part;
+        climbed
     }
 
-    /// Solves the island that was taken out.
-    fn climb_part(&mut self, settings: &SolveSettings, watch: &mut Watch) -> Climbed {
+    /// Solves a problem that is one island.
+    fn climb_with(
+        &mut self,
+        (problem, impulses): (&ContactProblem<S>, &mut Impulses<S>),
+        settings: &SolveSettings,
+        watch: &mut Watch,
+    ) -> Climbed {
         let mut stages: Vec<StageReport> = Vec::new();
         let mut found: Option<(Residual, Stop)> = None;
         let mut strict_feasibility = None;
-        let part = &mut self.part;
         for (kind, solver) in &mut self.rungs {
-            let outcome = solver.solve_watched(&part.problem, settings, &mut part.impulses, watch);
+            let outcome = solver.solve_watched(problem, settings, impulses, watch);
             let (residual, stop) = (outcome.residual, outcome.stop);
             strict_feasibility = outcome.strict_feasibility.or(strict_feasibility);
             stages.push(StageReport {
@@ -98,11 +116,11 @@ impl<S: Space> Climber<S> {
                     before.absolute.is_nan() || residual.absolute <= before.absolute
                 });
             if is_better {
-                self.best.copy_from(&part.impulses);
+                self.best.copy_from(impulses);
                 found = Some((residual, stop.clone()));
             } else if found.is_some() {
                 // what a refusal or a worse answer leaves is not the start of the next stage
-                part.impulses.copy_from(&self.best);
+                impulses.copy_from(&self.best);
             }
             if stop == Stop::Interrupted {
                 let residual = found.map_or(residual, |(residual, _)| residual);
@@ -116,7 +134,7 @@ impl<S: Space> Climber<S> {
         }
         let (residual, stop) = found.unwrap_or_else(|| {
             let last = stages.last().map(|s| s.stop.clone()).unwrap_or(Stop::Converged);
-            (residual(&part.problem, &part.impulses), last)
+            (residual(problem, impulses), last)
         });
         Climbed { stages: stages.into(), residual, stop, strict_feasibility }
     }
