@@ -24,6 +24,7 @@ mod impacts;
 mod joints;
 mod ledger;
 mod materials;
+mod rigid_lanes;
 mod robustness;
 mod rolling;
 mod rotation;

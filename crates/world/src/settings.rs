@@ -21,6 +21,9 @@ pub enum Scheme {
     SoftStep,
 }
 
+/// Most sweeps of a substep of `soft_step`, all of which are planned and taken.
+const MOST_SWEEPS: usize = 1000;
+
 /// Choices of the scheme `soft_step`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -239,9 +242,11 @@ pub struct Settings<S: Space> {
     /// Choices of the scheme `soft_step`.
     #[serde(default)]
     pub soft: SoftSettings,
-    /// The solver of contact problems. Default the scheme's: `pgs` for fixed steps, `exact` for events.
+    /// The solver of contact problems. Default the scheme's: `pgs` for fixed steps, `exact` for events, for soft steps springs
+    /// with a sweep each; there `pgs` and `nncg` sweep rigid contacts.
     pub solver: Option<SolverKind>,
-    /// Most iterations per solve \[1\]. Default 100. `exact` takes no more sweeps, but where a thousand
+    /// Most iterations per solve \[1\]. Default 100. In `soft_step` with a solver: sweeps of a substep before the bodies move, and as
+    /// many after, all of which are taken. `exact` takes no more sweeps, but where a thousand
     /// of them take no longer than 30 factorisations: there these count.
     pub iterations: usize,
     /// Stop when the residual is at or below this \[m/s\]. Default 1e-6; 0 spends all iterations.
@@ -413,8 +418,22 @@ impl<S: Space> Settings<S> {
             Err(BuildError::setting(field, problem, remedy))
         };
         let remedy = "leave it out, or take scheme fixed_step or events";
-        if let Some(solver) = self.solver {
-            return own("solver", solver.name().into(), remedy);
+        match self.solver {
+            None => {}
+            Some(SolverKind::Pgs | SolverKind::Nncg) if self.iterations > MOST_SWEEPS => {
+                let problem = format!(
+                    "must be at most {MOST_SWEEPS} with scheme soft_step, which spends them all, got {}",
+                    self.iterations
+                );
+                return Err(BuildError::setting("iterations", problem, "10 to 50 serve most scenes"));
+            }
+            Some(SolverKind::Pgs | SolverKind::Nncg) => {}
+            Some(solver) => {
+                let problem = format!("is {}, but scheme soft_step solves by sweeps", solver.name());
+                let remedy = "take pgs or nncg for rigid contacts, leave it out for springs, or take scheme \
+                              fixed_step or events";
+                return Err(BuildError::setting("solver", problem, remedy));
+            }
         }
         if let Some(law) = self.impact {
             return own("impact", law.name().into(), remedy);

@@ -37,13 +37,15 @@ pub struct Records<S: Wide> {
     before: Vec<Eight>,
     /// Motion at the start of the step.
     start: Vec<Eight>,
+    /// Motion where the last sweep began, and the direction that leads it on; empty where nothing leads.
+    led: [Vec<Eight>; 2],
     space: std::marker::PhantomData<S>,
 }
 
 impl<S: Wide> Default for Records<S> {
     fn default() -> Self {
-        let (motion, moved, inertia, load, before, start) = Default::default();
-        Records { motion, moved, inertia, load, before, start, space: std::marker::PhantomData }
+        let (motion, moved, inertia, load, before, start, led) = Default::default();
+        Records { motion, moved, inertia, load, before, start, led, space: std::marker::PhantomData }
     }
 }
 
@@ -118,12 +120,19 @@ pub struct Table<'a, S: Wide> {
     inertia: &'a [Eight],
     load: &'a [Eight],
     start: &'a [Eight],
+    led: [Shared<'a, Eight>; 2],
     /// Records before this one are obstacles.
     obstacles: u32,
     space: std::marker::PhantomData<S>,
 }
 
 impl<S: Wide> Records<S> {
+    /// Makes room for what leads all bodies on, or gives it back to nobody.
+    pub fn make_room_to_lead(&mut self, leads: bool) {
+        let count = if leads { self.motion.len() } else { 0 };
+        self.led.iter_mut().for_each(|list| list.resize(count, Eight::default()));
+    }
+
     /// Only the obstacle at rest.
     pub fn begin(&mut self) {
         for list in [
@@ -186,7 +195,9 @@ impl<S: Wide> Records<S> {
 
     /// For workers to share; records before `obstacles` are those of obstacles.
     pub fn table(&mut self, obstacles: u32) -> Table<'_, S> {
+        let [before, direction] = &mut self.led;
         Table {
+            led: [Shared::new(before), Shared::new(direction)],
             motion: Shared::new(&mut self.motion),
             moved: Shared::new(&mut self.moved),
             before: Shared::new(&mut self.before),
@@ -325,6 +336,22 @@ impl<S: Wide> Table<'_, S> {
                 self.before.set(i, motion);
             }
         }
+    }
+
+    /// A body's motion, and what leads it on: its motion before the last sweep, and the direction.
+    #[inline(always)]
+    pub fn led(&self, i: usize) -> (Eight, [Eight; 2]) {
+        (self.motion.get(i), [self.led[0].get(i), self.led[1].get(i)])
+    }
+
+    /// Replaces a body's velocities, not what lies beside them, and what leads it on.
+    #[inline(always)]
+    pub fn lead<L: Lanes>(&self, lanes: L, i: usize, now: Eight, [before, direction]: [Eight; 2]) {
+        let (none, is_velocity) = (Real::all(lanes, 0.0), Real::load(lanes, const { &of_velocities::<S>() }));
+        let (old, new) = (Real::load(lanes, &self.motion.get(i)), Real::load(lanes, &now));
+        self.motion.set(i, none.if_less(is_velocity, new, old).store());
+        self.led[0].set(i, before);
+        self.led[1].set(i, direction);
     }
 
     /// Poses of some records after a substep of length `h` \[s\], eight at a time.

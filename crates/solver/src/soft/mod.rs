@@ -1,5 +1,5 @@
 //! Soft contacts in lanes: projected Gauss-Seidel over patches of contact in substeps, each point a stiff damped spring
-//! (theory chapter 11). A patch is all points that two bodies share with one normal. In a sweep its points see only the
+//! (theory chapter 11), or rigid, with as many sweeps as are asked for. A patch is all points that two bodies share with one normal. In a sweep its points see only the
 //! local twist, so a patch gathers its bodies once, and its normal impulses and friction are found together. What is
 //! frozen in a step (arms, inertias, effective masses) is found once; places enter through what bodies moved since the
 //! step began, in f32, and the caller carries the poses in f64. Knows no shapes, no world and no clock.
@@ -7,6 +7,7 @@
 mod bodies;
 mod books;
 mod colours;
+mod lead;
 mod pack;
 mod patch;
 mod plan;
@@ -18,4 +19,4 @@ mod sweep;
 
 pub use bodies::SoftBody;
 pub use patch::{Last, Patch, PatchResult, Patches, Rare};
-pub use solver::{SoftChoice, SoftSolver, Told};
+pub use solver::{Rigid, SoftChoice, SoftSolver, Told};

@@ -56,6 +56,8 @@ pub struct Beside<S: Wide> {
     pub rubbed: S::Spins<Eight>,
     /// Largest velocity that the last sweep changed \[m/s\].
     pub changed: Eight,
+    /// Squared change of the last sweep, as the energy that it makes alone \[J\]; written where directions lead.
+    pub length: Eight,
     /// Work of normal impulses over the step \[J\].
     pub pressing_work: Eight,
     /// Work of friction over the step, rolling friction included \[J\].
@@ -104,6 +106,7 @@ impl<S: Wide> Pack<S> {
             total: S::Points::all(zero),
             rubbed: S::Spins::all(zero),
             changed: zero,
+            length: zero,
             pressing_work: zero,
             rubbing_work: zero,
             bounces: false,

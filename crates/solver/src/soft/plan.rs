@@ -2,6 +2,7 @@
 //! few packs and hubs' packs go one after another in one chunk, which is what anybody's order gives.
 
 use super::colours::Colours;
+use super::solver::SoftChoice;
 use super::sweep::Sweep;
 use carom_math::Workers;
 use carom_math::lanes::WIDTH;
@@ -27,8 +28,16 @@ pub enum Task {
     Prepare,
     /// Loads and warm start of a substep.
     Accelerate(usize),
-    /// A sweep.
-    Sweep(Sweep),
+    /// A sweep, and whether directions lead on from it.
+    Sweep(Sweep, bool),
+    /// Where a row of sweeps begins that directions lead on: impulses, then velocities.
+    BeginToLead,
+    BeginToLeadBodies,
+    /// How far the direction leads: one turn.
+    Weigh,
+    /// Impulses, and velocities, along the direction.
+    Lead,
+    LeadBodies,
     /// Poses after a substep.
     MoveOn,
     /// Energy that restitution may give back.
@@ -60,7 +69,7 @@ impl Plan {
         &mut self,
         colours: &Colours,
         (packs, records): (usize, usize),
-        (bounces, substeps): (bool, usize),
+        (bounces, choice): (bool, &SoftChoice),
         workers: &Workers,
     ) {
         self.cut(colours, packs, workers);
@@ -73,18 +82,36 @@ impl Plan {
             self.at_once(Task::Approach);
         }
         self.by_colour(Task::Prepare);
-        for substep in 0..substeps {
+        for substep in 0..choice.substeps {
             self.stage(Task::Accelerate(substep), 0, of_records);
-            self.by_colour(Task::Sweep(Sweep::Springs));
+            self.sweeps(choice, [Sweep::Springs; 2], of_records);
             self.stage(Task::MoveOn, 0, of_records);
-            let last = substep + 1 == substeps;
-            self.by_colour(Task::Sweep(if last { Sweep::Last } else { Sweep::Relaxing }));
+            let last = if substep + 1 == choice.substeps { Sweep::Last } else { Sweep::Relaxing };
+            self.sweeps(choice, [Sweep::Easing, last], of_records);
         }
         if bounces {
             self.at_once(Task::Compress);
             self.by_colour(Task::Bounce);
         }
         self.at_once(Task::Book);
+    }
+
+    /// A row of sweeps, the last of the second kind; a single one where contacts are springs.
+    fn sweeps(&mut self, choice: &SoftChoice, [kind, last]: [Sweep; 2], of_records: u32) {
+        let (count, led) = choice.rigid.map_or((1, false), |rigid| (rigid.sweeps, rigid.accelerated));
+        if led && count > 1 {
+            self.at_once(Task::BeginToLead);
+            self.stage(Task::BeginToLeadBodies, 0, of_records);
+        }
+        for _ in 1..count {
+            self.by_colour(Task::Sweep(kind, led));
+            if led {
+                self.stage(Task::Weigh, 0, 1);
+                self.at_once(Task::Lead);
+                self.stage(Task::LeadBodies, 0, of_records);
+            }
+        }
+        self.by_colour(Task::Sweep(last, false));
     }
 
     /// Cuts packs into chunks, and chunks into those that may be worked on at once.

@@ -3,6 +3,7 @@
 use super::bodies::{Records, SoftBody, Table};
 use super::books::book;
 use super::colours::Colours;
+use super::lead::{Beta, Led, begin, lead, lead_bodies};
 use super::pack::{Beside, Pack};
 use super::patch::{Last, Patch, PatchResult, Patches};
 use super::plan::{Plan, Task};
@@ -31,6 +32,21 @@ pub struct SoftChoice {
     pub push_speed: f32,
     /// Approaches slower than this do not bounce \[m/s\].
     pub rest_speed: f32,
+    /// Rigid contacts in place of springs.
+    pub rigid: Option<Rigid>,
+}
+
+/// How rigid contacts are swept.
+#[derive(Clone, Copy, Debug)]
+pub struct Rigid {
+    /// Sweeps of a substep before the bodies move, and as many after; at least 1.
+    pub sweeps: usize,
+    /// Conjugate directions lead from one to the next.
+    pub accelerated: bool,
+    /// Share of an overlap that a substep pushes apart \[1\].
+    pub push: f32,
+    /// Overlap that is left alone \[m\].
+    pub slop: f32,
 }
 
 /// Packs, records and colours; memory that lasts from step to step, and nothing that an answer depends on.
@@ -41,6 +57,8 @@ pub struct SoftSolver<S: Wide> {
     beside: Vec<Beside<S>>,
     /// What each pack's patches gave in the last substep.
     last: Vec<[Eight; WIDTH]>,
+    /// What leads each pack on; none where nothing leads.
+    led: Vec<Led<S>>,
     /// Each pack's patches, as places in the colours' order.
     members: Vec<Range<usize>>,
     plan: Plan,
@@ -62,6 +80,7 @@ impl<S: Wide> Default for SoftSolver<S> {
             packs: Vec::new(),
             beside: Vec::new(),
             last: Vec::new(),
+            led: Vec::new(),
             members: Vec::new(),
             plan: Plan::default(),
             patches: Patches::default(),
@@ -85,8 +104,14 @@ pub struct Told {
     pub worst: Option<(u32, u32)>,
 }
 
-/// Packs of a chunk, what is beside them, what they gave last, and the place of the first.
-type Chunk<'a, S> = (usize, &'a mut [Pack<S>], &'a mut [Beside<S>], &'a mut [[Eight; WIDTH]]);
+/// Packs of a chunk, what is beside them, what they gave last, what leads them on, and the place of the first.
+struct Chunk<'a, S: Wide> {
+    first: usize,
+    packs: &'a mut [Pack<S>],
+    besides: &'a mut [Beside<S>],
+    lasts: &'a mut [[Eight; WIDTH]],
+    led: &'a mut [Led<S>],
+}
 
 /// A step while workers share it.
 struct Steps<'a, S: Wide> {
@@ -100,6 +125,7 @@ struct Steps<'a, S: Wide> {
     patches: &'a Patches<S>,
     with_obstacles: usize,
     choice: SoftChoice,
+    beta: Beta,
 }
 
 /// A worker's part of it.
@@ -185,21 +211,26 @@ impl<S: Wide> SoftSolver<S> {
         self.last.resize(self.members.len(), Default::default());
         let bounces = self.patches.rare.iter().any(|rare| rare.restitution > 0.0);
         let counts = (self.members.len(), records);
-        self.plan.make(&self.colours, counts, (bounces, choice.substeps), workers);
+        self.plan.make(&self.colours, counts, (bounces, choice), workers);
+        let leads = choice.rigid.is_some_and(|rigid| rigid.accelerated);
+        self.led.resize(if leads { self.members.len() } else { 0 }, Led::none());
+        self.records.make_room_to_lead(leads);
     }
 
     /// Shares the stages of a step among workers.
     fn share(&mut self, choice: &SoftChoice, workers: &Workers, take: impl Fn(Part<'_, '_, S>) + Sync) {
         let records = self.records.motion.len();
         let (mut packs, mut besides) = (self.packs.as_mut_slice(), self.beside.as_mut_slice());
-        let mut lasts = self.last.as_mut_slice();
+        let (mut lasts, mut leds) = (self.last.as_mut_slice(), self.led.as_mut_slice());
         let mut chunks = Vec::with_capacity(self.plan.chunks.len());
         for range in &self.plan.chunks {
-            let (these, beside, last);
+            let (these, beside, last, led);
             (these, packs) = packs.split_at_mut(range.len());
             (beside, besides) = besides.split_at_mut(range.len());
             (last, lasts) = lasts.split_at_mut(range.len());
-            chunks.push(Mutex::new((range.start, these, beside, last)));
+            (led, leds) = leds.split_at_mut(range.len().min(leds.len()));
+            let first = range.start;
+            chunks.push(Mutex::new(Chunk { first, packs: these, besides: beside, lasts: last, led }));
         }
         let steps = Steps {
             table: self.records.table(self.obstacles),
@@ -211,6 +242,7 @@ impl<S: Wide> SoftSolver<S> {
             patches: &self.patches,
             with_obstacles: self.with_obstacles,
             choice: *choice,
+            beta: Beta::default(),
         };
         workers.stages(&self.plan.counts, |turns| take(Part(&steps, turns)));
     }
@@ -263,8 +295,10 @@ impl<S: Wide> Steps<'_, S> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, turns: Turns<'_>) {
         let SoftChoice { hertz, damping_ratio, h, push_speed, rest_speed, .. } = self.choice;
-        let spring = Spring::new(hertz, damping_ratio, h, push_speed);
-        let stiffer = Spring::new(2.0 * hertz, damping_ratio, h, push_speed);
+        let [spring, stiffer] = match self.choice.rigid {
+            Some(rigid) => [Spring::rigid(h, push_speed, (rigid.push, rigid.slop)); 2],
+            None => [hertz, 2.0 * hertz].map(|hertz| Spring::new(hertz, damping_ratio, h, push_speed)),
+        };
         let rigid = spring.relaxing();
         let table = &self.table;
         for (stage, turn) in turns {
@@ -280,14 +314,27 @@ impl<S: Wide> Steps<'_, S> {
                     table.move_on(lanes, records, h);
                     continue;
                 }
+                Task::LeadBodies | Task::BeginToLeadBodies => {
+                    let begins = matches!(task, Task::BeginToLeadBodies);
+                    lead_bodies(lanes, table, records, (self.beta.get(), begins));
+                    continue;
+                }
+                Task::Weigh => {
+                    self.weigh();
+                    continue;
+                }
                 _ => {}
             }
             let mut chunk = self.chunks[begun + turn].lock().unwrap_or_else(PoisonError::into_inner);
-            let (first, packs, besides, lasts) = &mut *chunk;
+            let Chunk { first, packs, besides, lasts, led } = &mut *chunk;
             let packs = packs.iter_mut().zip(besides.iter_mut());
             // loops and no closures: a closure that is not inlined has no registers
             match task {
-                Task::Accelerate(_) | Task::MoveOn => {}
+                Task::Accelerate(_)
+                | Task::MoveOn
+                | Task::Weigh
+                | Task::LeadBodies
+                | Task::BeginToLeadBodies => {}
                 Task::Pack => self.pack(lanes, *first, packs),
                 Task::Approach => {
                     for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
@@ -299,15 +346,27 @@ impl<S: Wide> Steps<'_, S> {
                         prepare(lanes, pack, beside, table);
                     }
                 }
-                Task::Sweep(Sweep::Springs) => {
+                Task::Sweep(Sweep::Springs, led) => {
                     for (k, (pack, beside)) in packs.enumerate() {
                         let spring = if *first + k < self.with_obstacles { &stiffer } else { &spring };
-                        sweep(lanes, pack, beside, table, spring, Sweep::Springs);
+                        sweep(lanes, pack, beside, table, spring, (Sweep::Springs, led));
                     }
                 }
-                Task::Sweep(kind) => {
+                Task::Sweep(kind, led) => {
                     for (pack, beside) in packs {
-                        sweep(lanes, pack, beside, table, &rigid, kind);
+                        sweep(lanes, pack, beside, table, &rigid, (kind, led));
+                    }
+                }
+                Task::BeginToLead => {
+                    self.beta.forget();
+                    for ((pack, beside), led) in packs.zip(led.iter_mut()) {
+                        begin(pack, beside, led);
+                    }
+                }
+                Task::Lead => {
+                    let beta = self.beta.get();
+                    for ((pack, beside), led) in packs.zip(led.iter_mut()) {
+                        lead(lanes, pack, beside, led, beta);
                     }
                 }
                 Task::Compress => {
@@ -328,6 +387,17 @@ impl<S: Wide> Steps<'_, S> {
                 }
             }
         }
+    }
+
+    /// Takes in what the last sweep changed: pack after pack, whoever swept it.
+    fn weigh(&self) {
+        let mut length = 0.0;
+        for chunk in &self.chunks {
+            let chunk = chunk.lock().unwrap_or_else(PoisonError::into_inner);
+            let lengths = chunk.besides.iter().flat_map(|beside| beside.length.0);
+            lengths.for_each(|own| length += f64::from(own));
+        }
+        self.beta.weigh(length);
     }
 
     /// Fills packs, the first of which is this one, with their patches.
@@ -442,6 +512,13 @@ mod tests {
     }
 
     fn every_processor_and_number_of_workers_agrees<S: Wide>() {
+        for accelerated in [false, true] {
+            they_agree::<S>(Some(Rigid { sweeps: 5, accelerated, push: 0.2, slop: 1e-3 }));
+        }
+        they_agree::<S>(None);
+    }
+
+    fn they_agree<S: Wide>(rigid: Option<Rigid>) {
         let choice = SoftChoice {
             substeps: 4,
             h: 1.0 / 240.0,
@@ -449,6 +526,7 @@ mod tests {
             damping_ratio: 10.0,
             push_speed: 3.0,
             rest_speed: 0.1,
+            rigid,
         };
         let run = |portable: bool, bodies: u32, threads: usize| {
             let workers = Workers::new(threads).unwrap();

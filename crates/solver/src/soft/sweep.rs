@@ -2,7 +2,8 @@
 //! lambda_i <- max(lambda_i - m_i m' (vn_i + b) - i' lambda_i, 0), with vn_i the velocity that the points before it
 //! left; a gap that the substep does not close leaves its point alone. Then friction, with the velocity after that:
 //! g <- P(g - v_t / lambda_max), P the projection on the disc mu sum lambda, whose fixed point is Coulomb's law in the
-//! true direction of slip. Relaxing sweeps have no springs: they take back the velocity that the springs pushed with.
+//! true direction of slip. Relaxing sweeps have no springs: they take back the velocity that the springs pushed with. Rigid
+//! contacts are springs with m' = 1, i' = 0.
 
 use super::bodies::{Eightfold, Moved, Table};
 use super::pack::{Beside, Masses, Pack};
@@ -24,6 +25,8 @@ pub struct Spring {
     pub impulse_share: f32,
     /// Overlaps are not pushed apart faster than this \[m/s\].
     pub push_speed: f32,
+    /// Overlap that is left alone \[m\].
+    pub slop: f32,
 }
 
 impl Spring {
@@ -33,7 +36,11 @@ impl Spring {
         let a1 = 2.0 * damping_ratio + h * omega;
         let a2 = h * omega * a1;
         let a3 = 1.0 / (1.0 + a2);
-        Spring { h, bias_rate: omega / a1, mass_share: a2 * a3, impulse_share: a3, push_speed }
+        Spring { h, bias_rate: omega / a1, mass_share: a2 * a3, impulse_share: a3, push_speed, slop: 0.0 }
+    }
+    /// No spring: approach is stopped whole, and a share of the overlap beyond a slop \[m\] is pushed apart (theory eq. 11.13).
+    pub fn rigid(h: f32, push_speed: f32, (share, slop): (f32, f32)) -> Self {
+        Spring { h, bias_rate: share / h, mass_share: 1.0, impulse_share: 0.0, push_speed, slop }
     }
     /// The same without springs: only approach is stopped.
     pub fn relaxing(&self) -> Self {
@@ -44,9 +51,11 @@ impl Spring {
 /// Which sweep of a substep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sweep {
-    /// With springs, before the poses move.
+    /// With springs, or pushing rigid contacts apart, before the poses move.
     Springs,
-    /// Without, after.
+    /// Without, after; others follow.
+    Easing,
+    /// The last of these.
     Relaxing,
     /// The last of the step.
     Last,
@@ -96,14 +105,14 @@ fn wanted<S: Wide, L: Lanes>(
     let (all, rate) = (Real::all(lanes, 1.0 / spring.h), Real::all(lanes, spring.bias_rate));
     let (mass_share, impulse_share) =
         (Real::all(lanes, spring.mass_share), Real::all(lanes, spring.impulse_share));
-    let push = Real::all(lanes, -spring.push_speed);
+    let (push, slop) = (Real::all(lanes, -spring.push_speed), Real::all(lanes, spring.slop));
     let (mut wanted, mut stiff) = (*gaps, *gaps);
     for i in 0..<S::Points<f32> as Several<f32>>::LEN {
         let lever = lever::<S, L>(lanes, pack, i);
         let velocity = inner(&lever, twist);
         let impulse = Real::load(lanes, &pack.points[i].impulse);
         let closes = velocity + gaps[i] * all;
-        let pushes = velocity + (gaps[i] * rate).max(push);
+        let pushes = velocity + ((gaps[i] + slop).min(zero) * rate).max(push);
         let soft = impulse - masses.points[i] * mass_share * pushes - impulse_share * impulse;
         wanted[i] = zero.if_less(gaps[i], impulse - masses.points[i] * closes, soft);
         stiff[i] = masses.points[i] * zero.if_less(gaps[i], zero.like(1.0), mass_share);
@@ -139,7 +148,7 @@ fn rub<S: Wide, L: Lanes>(
 }
 
 /// One sweep over a pack; a relaxing one adds the substep's impulses to those of the step, and the last also tells the
-/// largest velocity that it still changed at a point or by friction \[m/s\].
+/// largest velocity that it still changed at a point or by friction \[m/s\]; one that is `led` tells its squared change.
 #[inline(always)]
 pub fn sweep<S: Wide, L: Lanes>(
     lanes: L,
@@ -147,9 +156,9 @@ pub fn sweep<S: Wide, L: Lanes>(
     beside: &mut Beside<S>,
     records: &Table<S>,
     spring: &Spring,
-    kind: Sweep,
+    (kind, led): (Sweep, bool),
 ) {
-    let relaxes = kind != Sweep::Springs;
+    let relaxes = matches!(kind, Sweep::Relaxing | Sweep::Last);
     let points = <S::Points<f32> as Several<f32>>::LEN;
     let frame = Frame::of(lanes, pack);
     let (mut a, mut b) =
@@ -204,6 +213,19 @@ pub fn sweep<S: Wide, L: Lanes>(
             worst = (rubbing[k] / masses.slip).abs().max(worst);
         }
         beside.changed = worst.store();
+    }
+    if led {
+        let mut length = zero;
+        for i in 0..points {
+            // of points that are not there the mass is zero
+            let own = change[i] * change[i] / masses.points[i];
+            length += zero.if_less(masses.points[i], own, zero);
+        }
+        for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
+            let own = rubbing[k] * rubbing[k] / masses.slip;
+            length += zero.if_less(masses.slip, own, zero);
+        }
+        beside.length = length.store();
     }
     frame.give(&pressing, &rubbing, &mut a, &mut b);
     records.scatter(&pack.a, &a);

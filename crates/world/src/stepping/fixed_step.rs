@@ -425,10 +425,7 @@ impl<S: Geometry> FixedStep<S> {
         step: &Step<S>,
         ledger: &mut Ledger,
     ) {
-        let slop = settings.correction_slop.unwrap_or_else(|| {
-            1e-5 * smallest_extent(bodies).unwrap_or(0.0)
-                + 0.5 * CALL * step.gravity.norm() * step.dt * step.dt
-        });
+        let slop = slop(bodies, settings, step);
         let share = settings.integrator.end_share();
         self.overlaps.clear();
         for (c, &k) in self.problem.contacts.iter().zip(&self.pressed) {
@@ -445,6 +442,14 @@ impl<S: Geometry> FixedStep<S> {
             self.accounts.moved(&marks, bodies, step.gravity, Motive::Projection);
         }
     }
+}
+
+/// Overlap that is left alone \[m\]: that of the settings, or what the slowest contacts leave that have no impact of their own.
+pub(super) fn slop<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, step: &Step<S>) -> f64 {
+    let own = || {
+        1e-5 * smallest_extent(bodies).unwrap_or(0.0) + 0.5 * CALL * step.gravity.norm() * step.dt * step.dt
+    };
+    settings.correction_slop.unwrap_or_else(own)
 }
 
 /// What solves leave of a contact's velocity \[m/s\], where they come to the run's tolerance; sweeps end by their number, and leave

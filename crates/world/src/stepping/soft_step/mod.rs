@@ -33,13 +33,14 @@ use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
 use crate::settings::{OnInaccurate, Settings};
+use crate::stepping::fixed_step::slop;
 use crate::stepping::{Outside, SchemeReport, damp};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::workers::Memory;
 use carom_math::{Column, Inertia, Pose, Workers};
-use carom_solver::soft::{Patches, SoftBody, SoftChoice, SoftSolver, Told};
-use carom_solver::{Stop, Twist};
+use carom_solver::soft::{Patches, Rigid as RigidSweeps, SoftBody, SoftChoice, SoftSolver, Told};
+use carom_solver::{SolverKind, Stop, Twist};
 use find::{Finding, Found};
 use given::Given;
 use problem::Rigid;
@@ -234,11 +235,11 @@ impl<S: Geometry> SoftStep<S> {
         let workers = outside.workers;
         let mut report = SchemeReport::default();
         self.turn_freely(bodies, settings, step, &mut report.ledger);
-        let choice = choice(settings, step);
+        let choice = choice(bodies, settings, step);
         self.gather(bodies, step, &choice, workers);
         self.solver.advance(&mut self.patches, self.obstacles, &choice, workers);
         let told = self.solver.told();
-        report.contact_solve = self.solved(step, &told);
+        report.contact_solve = self.solved(step, &choice, &told);
         self.judge(&report.contact_solve, settings, step.time)?;
         report.ledger.contact_normal += told.pressing_work;
         report.ledger.friction += told.rubbing_work;
@@ -319,7 +320,7 @@ impl<S: Geometry> SoftStep<S> {
     }
 
     /// How far from done the last sweep was.
-    fn solved(&self, step: &Step<S>, told: &Told) -> Option<SolveReport> {
+    fn solved(&self, step: &Step<S>, choice: &SoftChoice, told: &Told) -> Option<SolveReport> {
         if self.patches.is_empty() {
             return None;
         }
@@ -329,7 +330,7 @@ impl<S: Geometry> SoftStep<S> {
         let nothing = step.gravity.norm() * step.dt;
         Some(SolveReport {
             contacts,
-            iterations: 0,
+            iterations: choice.rigid.map_or(0, |rigid| 2 * choice.substeps * rigid.sweeps),
             residual: told.changed,
             relative_residual: if nothing > 0.0 { told.changed / nothing } else { 0.0 },
             worst: told.worst.map(|(a, b)| (body(a), body(b))),
@@ -443,7 +444,7 @@ fn substep<S: Geometry>(settings: &Settings<S>, dt: f64) -> f64 {
 }
 
 /// The soft solver's choices for a step.
-fn choice<S: Geometry>(settings: &Settings<S>, step: &Step<S>) -> SoftChoice {
+fn choice<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, step: &Step<S>) -> SoftChoice {
     let soft = &settings.soft;
     let h = substep(settings, step.dt);
     SoftChoice {
@@ -454,6 +455,12 @@ fn choice<S: Geometry>(settings: &Settings<S>, step: &Step<S>) -> SoftChoice {
         damping_ratio: soft.damping_ratio as f32,
         push_speed: soft.push_speed as f32,
         rest_speed: (settings.rest_speed_factor * step.gravity.norm() * step.dt) as f32,
+        rigid: settings.solver.map(|solver| RigidSweeps {
+            sweeps: settings.iterations,
+            accelerated: solver == SolverKind::Nncg,
+            push: settings.correction_fraction as f32,
+            slop: slop(bodies, settings, step) as f32,
+        }),
     }
 }
 
