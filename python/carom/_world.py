@@ -80,10 +80,14 @@ class World(Arrayed, Forced, Jointed, Observed, Judged, Threaded, Drowsy):
         "see `asleep`."
     )
     solver: Setting[str | None] = Setting(
-        'None (default): the scheme\'s own, "pgs" for "fixed_step" and "exact" for "events"; "auto" (sweeps '
-        "first, stronger where asked), or another of `carom.SOLVERS`."
+        'None (default): the scheme\'s own, "pgs" for "fixed_step", "exact" for "events", and for "soft_step" '
+        'springs with a sweep each; "auto" (sweeps first, stronger where asked), or another of '
+        '`carom.SOLVERS`. "soft_step" takes "pgs" and "nncg": they sweep rigid contacts in its lanes.'
     )
-    iterations: Setting[int] = Setting("Most iterations per solve [1].")
+    iterations: Setting[int] = Setting(
+        'Most iterations per solve [1]; in "soft_step" with a solver sweeps of a substep before the bodies move, '
+        "and as many after, all of which are taken, at most 1000."
+    )
     tolerance: Setting[float] = Setting("Residual at which a solve stops [m/s]; 0 spends all iterations.")
     factorisations: Setting[int] = Setting(
         "Most factorisations per solve [1], read by solvers that factorise; 2000 unless said."

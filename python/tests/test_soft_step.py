@@ -52,6 +52,25 @@ def test_choices_of_the_scheme_are_checked_by_name(face: Face) -> None:
 
 
 @both
+@pytest.mark.parametrize("solver", ["pgs", "nncg"])
+def test_rigid_contacts_are_swept_in_lanes(face: Face, solver: str, tmp_path: Path) -> None:
+    world = face.stack(3, **QUIET, solver=solver, iterations=12, soft={"substeps": 1})
+    for _ in range(240):
+        report = world.step()
+    contacts = world.contacts
+    floor = contacts["normal_impulse"][np.asarray(contacts["a"]) == 0].sum() / world.dt
+    assert floor == pytest.approx(6 * 9.81, rel=1e-4)
+    assert report.iterations == 24
+    assert solver in repr(world)
+    world.run(0.2, out=tmp_path / "run.h5", every=1)
+    verdict = check_run(tmp_path / "run.h5", penetration=0.1)
+    failed = [check.name for check in verdict.checks if check.verdict == "failed"]
+    assert not failed, failed
+    with pytest.raises(BuildError, match="iterations"):
+        world.iterations = 1001
+
+
+@both
 def test_the_books_of_a_recorded_run_of_soft_steps_hold(face: Face, tmp_path: Path) -> None:
     world = face.pile(12, **{**QUIET, "dt": 1 / 240})
     world.run(1.0, out=tmp_path / "run.h5", every=1)

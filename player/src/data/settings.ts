@@ -17,9 +17,9 @@ export function impactOf({ impact, settings }: Table): string {
   return impact ?? String(settings.impact ?? "the scheme's own");
 }
 
-/** Whether a run's contacts were softened instead of solved: it has no iterations. */
+/** Whether a run's contacts were softened instead of solved: it has no iterations. Rigid ones in lanes are swept by a solver. */
 export function isSoft({ settings }: Table): boolean {
-  return settings.scheme === "soft_step";
+  return settings.scheme === "soft_step" && !settings.solver;
 }
 
 /** Scheme and solver. */

@@ -4,6 +4,32 @@
 use super::kernel::padded;
 use pulp::Simd;
 
+/// Nodes of N scalars, K of them together, as chunks usually have them: what works on a chunk is compiled for each of these, and once for
+/// any sizes.
+macro_rules! of_usual_sizes {
+    (@ $own:literal $all:literal (<$n:ident, $k:ident> $usual:expr)) => {{
+        const $n: usize = $own;
+        const $k: usize = $all;
+        $usual
+    }};
+    ($sizes:expr, $work:tt, $($pattern:pat => $other:expr),+ $(,)?) => {
+        match $sizes {
+            (2, 2) => of_usual_sizes!(@ 2 2 $work),
+            (2, 4) => of_usual_sizes!(@ 2 4 $work),
+            (2, 6) => of_usual_sizes!(@ 2 6 $work),
+            (2, 8) => of_usual_sizes!(@ 2 8 $work),
+            (3, 3) => of_usual_sizes!(@ 3 3 $work),
+            (3, 6) => of_usual_sizes!(@ 3 6 $work),
+            (3, 9) => of_usual_sizes!(@ 3 9 $work),
+            (3, 12) => of_usual_sizes!(@ 3 12 $work),
+            (6, 6) => of_usual_sizes!(@ 6 6 $work),
+            (6, 12) => of_usual_sizes!(@ 6 12 $work),
+            $($pattern => $other),+
+        }
+    };
+}
+pub(super) use of_usual_sizes;
+
 /// Factorises a chunk, by columns, in place: block LU over its nodes, with the inverses of the nodes on the diagonal.
 /// The inverse of the whole would lose the digits that contacts of one pair need, twelve rows that span six
 /// directions. False when a node is singular.

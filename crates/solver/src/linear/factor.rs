@@ -1,7 +1,7 @@
 //! Numeric factorisation and solution, front by front from the leaves to the roots (Duff and Reid 1983).
 
 use super::analysis::Analysis;
-use super::chunk::determinant_sign;
+use super::chunk::{determinant_sign, of_usual_sizes};
 use super::front::{Panel, Scratch, eliminate};
 use super::kernel::{SLACK, add_product, padded};
 use super::layout::Front;
@@ -199,17 +199,9 @@ impl Factor {
 /// Replaces the right-hand side of a factorised chunk by the solution.
 #[inline(always)]
 fn solve_chunk(m: (&[f64], usize), x: &mut [f64], node: usize) {
-    match (node, x.len()) {
-        (2, 2) => solve_nodes::<2, 2>(m, x),
-        (2, 4) => solve_nodes::<2, 4>(m, x),
-        (2, 6) => solve_nodes::<2, 6>(m, x),
-        (2, 8) => solve_nodes::<2, 8>(m, x),
-        (3, 3) => solve_nodes::<3, 3>(m, x),
-        (3, 6) => solve_nodes::<3, 6>(m, x),
-        (3, 9) => solve_nodes::<3, 9>(m, x),
-        (3, 12) => solve_nodes::<3, 12>(m, x),
-        (6, 6) => solve_nodes::<6, 6>(m, x),
-        (6, 12) => solve_nodes::<6, 12>(m, x),
+    of_usual_sizes!(
+        (node, x.len()),
+        (<N, K> solve_nodes::<N, K>(m, x)),
         (1..=6, _) => solve_any_nodes(m, x, node),
         _ => {
             let right = negated(x);
@@ -218,7 +210,7 @@ fn solve_chunk(m: (&[f64], usize), x: &mut [f64], node: usize) {
                 x.iter_mut().zip(column).for_each(|(x, inverse)| *x -= inverse * r);
             }
         }
-    }
+    )
 }
 
 /// The same for nodes of N scalars, K together.

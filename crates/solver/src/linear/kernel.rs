@@ -1,5 +1,6 @@
 //! Products of small dense matrices, by columns, in lanes. Large ones go to faer, whose tiles are tuned for them.
 
+use super::chunk::of_usual_sizes;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use pulp::Simd;
@@ -182,19 +183,11 @@ pub fn divide_right<S: Simd>(
     rows: usize,
     (k, node): (usize, usize),
 ) {
-    match (node, k) {
-        (2, 2) => divide_by::<S, 2, 2>(simd, (a, lda), (m, ldm), rows),
-        (2, 4) => divide_by::<S, 2, 4>(simd, (a, lda), (m, ldm), rows),
-        (2, 6) => divide_by::<S, 2, 6>(simd, (a, lda), (m, ldm), rows),
-        (2, 8) => divide_by::<S, 2, 8>(simd, (a, lda), (m, ldm), rows),
-        (3, 3) => divide_by::<S, 3, 3>(simd, (a, lda), (m, ldm), rows),
-        (3, 6) => divide_by::<S, 3, 6>(simd, (a, lda), (m, ldm), rows),
-        (3, 9) => divide_by::<S, 3, 9>(simd, (a, lda), (m, ldm), rows),
-        (3, 12) => divide_by::<S, 3, 12>(simd, (a, lda), (m, ldm), rows),
-        (6, 6) => divide_by::<S, 6, 6>(simd, (a, lda), (m, ldm), rows),
-        (6, 12) => divide_by::<S, 6, 12>(simd, (a, lda), (m, ldm), rows),
+    of_usual_sizes!(
+        (node, k),
+        (<N, K> divide_by::<S, N, K>(simd, (a, lda), (m, ldm), rows)),
         _ => divide_by_any(simd, (a, lda), (m, ldm), rows, (k, node)),
-    }
+    )
 }
 
 /// With M = L U over nodes of N scalars: y_c = (a_c - sum of y_b U_bc over b < c) D_c^-1, then

@@ -12,7 +12,7 @@ struct Ours<S: Geometry> {
     world: World<S>,
 }
 
-/// A scene in carom by `SCHEME` or `SCHEME:SOLVER`, both by the names that scene files use.
+/// A scene in carom by `SCHEME`, `SCHEME:SOLVER` or `SCHEME:SOLVER:ITERATIONS[:SUBSTEPS]`, by the names that scene files use.
 ///
 /// # Errors
 /// An unknown scheme or solver, or what carom refuses in the scene or of the choice.
@@ -39,13 +39,18 @@ pub fn build<S: Geometry>(scene: &Scene<S>, way: &str, choice: Choice) -> Result
 /// The settings of a way of stepping.
 ///
 /// # Errors
-/// An unknown scheme or solver.
+/// An unknown scheme or solver, and what is no number.
 pub fn settings<S: Geometry>(way: &str) -> Result<Settings<S>, String> {
-    let (scheme, solver) = way.split_once(':').map_or((way, None), |(scheme, solver)| (scheme, Some(solver)));
+    let mut parts = way.split(':');
+    let scheme = parts.next().unwrap_or_default();
     let scheme: Scheme = serde_json::from_value(scheme.into()).map_err(|e| format!("carom: {e}"))?;
-    let solver = solver.map(str::parse::<SolverKind>).transpose()?;
+    let solver = parts.next().map(str::parse::<SolverKind>).transpose()?;
     let gravity = Scene::<S>::gravity();
-    Ok(Settings { dt: DT, gravity, scheme, solver, ..Settings::default() })
+    let mut settings = Settings { dt: DT, gravity, scheme, solver, ..Settings::default() };
+    for (number, part) in [&mut settings.iterations, &mut settings.soft.substeps].into_iter().zip(&mut parts) {
+        *number = part.parse().map_err(|_| format!("carom: {part:?} in {way:?} is no number"))?;
+    }
+    parts.next().map_or(Ok(settings), |more| Err(format!("carom: nothing is named {more:?} in {way:?}")))
 }
 
 impl<S: Geometry> Engine<S> for Ours<S> {

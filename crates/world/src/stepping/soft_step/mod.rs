@@ -351,7 +351,7 @@ impl<S: Geometry> SoftStep<S> {
         }
         self.failed = Some(solve.clone());
         Err(StepError::Inaccurate {
-            solver: "soft_step",
+            solver: settings.solver.map_or("soft_step", |solver| solver.name()),
             phase: "contact",
             contacts: solve.contacts,
             residual: solve.residual,
