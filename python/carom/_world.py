@@ -80,12 +80,12 @@ class World(Arrayed, Forced, Jointed, Observed, Judged, Threaded, Drowsy):
         "see `asleep`."
     )
     solver: Setting[str | None] = Setting(
-        'None (default): the scheme\'s own, "pgs" for "fixed_step", "exact" for "events", and for "soft_step" '
+        'None (default): the scheme\'s own, "pgs" for "fixed_step", "exact" for "events", for "soft_step" '
         'springs with a sweep each; "auto" (sweeps first, stronger where asked), or another of '
         '`carom.SOLVERS`. "soft_step" takes "pgs" and "nncg": they sweep rigid contacts in its lanes.'
     )
     iterations: Setting[int] = Setting(
-        'Most iterations per solve [1]; in "soft_step" with a solver sweeps of a substep before the bodies move, '
+        'Most iterations per solve [1]; in "soft_step" with a solver sweeps of a substep before bodies move, '
         "and as many after, all of which are taken, at most 1000."
     )
     tolerance: Setting[float] = Setting("Residual at which a solve stops [m/s]; 0 spends all iterations.")

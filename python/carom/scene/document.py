@@ -125,8 +125,8 @@ class SettingsCommon(Strict):
     soft: SoftSettings | None = Field(default=None, description='Choices of the scheme "soft_step".')
     solver: Solver | None = Field(
         default=None,
-        description='Contact solver; the scheme\'s own when absent: "pgs" | "exact" for "events" | springs for '
-        '"soft_step", where "pgs" and "nncg" sweep rigid contacts.',
+        description='Contact solver; the scheme\'s own when absent: "pgs" | "exact" for "events" | springs '
+        'for "soft_step", where "pgs" and "nncg" sweep rigid contacts.',
     )
     iterations: Annotated[int, Field(strict=True, ge=1, le=10_000_000)] | None = Field(
         default=None, description="Most iterations of the solver in a step [1]; 100 when absent."
