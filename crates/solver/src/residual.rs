@@ -8,7 +8,7 @@
 
 use crate::cone::project_tangent;
 use crate::prepared::{ContactRow, Prepared, PreparedContact, along};
-use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
+use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use carom_math::{Column, Space};
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +31,13 @@ pub struct Residual {
     pub relative: f64,
     /// Where it is largest; `None` when it is zero everywhere.
     pub worst: Option<Entry>,
+}
+
+impl Residual {
+    /// The same, as a share of the residual of no impulses at all \[m/s\].
+    pub(crate) fn relative_to(self, scale: f64) -> Self {
+        Residual { relative: (self.absolute / scale.max(f64::MIN_POSITIVE)).min(f64::MAX), ..self }
+    }
 }
 
 /// Residual of one contact \[m/s\]: the length of its normal and tangential parts.
@@ -92,8 +99,7 @@ pub(crate) fn residual_in<S: Space>(
     after.clone_from(&problem.velocities);
     prepared.apply(impulses, after);
     let (absolute, worst) = largest(problem, prepared, impulses, after);
-    let scale = velocity_scale(problem, prepared).max(f64::MIN_POSITIVE);
-    Residual { absolute, relative: (absolute / scale).min(f64::MAX), worst }
+    Residual { absolute, relative: 0.0, worst }.relative_to(velocity_scale(problem, prepared))
 }
 
 /// The same of contacts without friction and nothing else, with memory: what each impulse makes of its own velocity, and the
@@ -293,6 +299,15 @@ pub fn velocity_scale<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared
     contacts.chain(rows).fold(0.0, f64::max)
 }
 
+/// The same of contacts alone, before their rows are made.
+pub(crate) fn velocity_scale_of<S: Space>(contacts: &[Contact<S>], v: &[Twist<S>]) -> f64 {
+    let scale = |c: &Contact<S>| {
+        let (normal, slip) = c.relative_velocity(v);
+        asked(c.target, (normal, if c.friction > 0.0 { slip - c.slip_target } else { S::Slip::ZERO }))
+    };
+    contacts.iter().map(scale).fold(0.0, f64::max)
+}
+
 /// What a contact's law asks for of the velocities of its bodies: without friction the slip is of no matter, and zero.
 #[inline]
 fn law_velocity<S: Space>(c: &PreparedContact<S>, a: &Twist<S>, b: &Twist<S>) -> (f64, S::Slip) {
@@ -308,6 +323,12 @@ fn law_velocity_of<S: Space>(c: &PreparedContact<S>, v: &[Twist<S>]) -> (f64, S:
 
 /// What one contact adds to it.
 #[inline]
-fn approach_scale<S: Space>(c: &PreparedContact<S>, (normal, slip): (f64, S::Slip)) -> f64 {
-    (c.target - normal).max(f64::EPSILON * (normal.abs() + slip.norm()))
+fn approach_scale<S: Space>(c: &PreparedContact<S>, velocity: (f64, S::Slip)) -> f64 {
+    asked(c.target, velocity)
+}
+
+/// What no impulse at all leaves of a contact's velocity, or its rounding.
+#[inline]
+fn asked<T: Column>(target: f64, (normal, slip): (f64, T)) -> f64 {
+    (target - normal).max(f64::EPSILON * (normal.abs() + slip.norm()))
 }

@@ -14,6 +14,7 @@ use crate::prepared::{ContactRow, Prepared, PreparedContact};
 use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, InverseMass, Twist};
 use crate::residual::{
     Entry, Left, Residual, residual_alone, residual_in, residual_of_normals, residual_on_normal,
+    velocity_scale_of,
 };
 use crate::watch::Watch;
 use carom_math::{Column, Space, Workers};
@@ -78,7 +79,7 @@ impl<S: Space> Ladder<S> {
         let (found, at_once) = if given.friction == 0.0 {
             self.at_once_on_normal(given, &problem.inverse_masses, bodies.1, tolerance)?
         } else {
-            self.at_once(&self.prepared.contacts[contact], bodies, &old, tolerance)?
+            self.at_once(&PreparedContact::new(given, &problem.inverse_masses), bodies, &old, tolerance)?
         };
         impulses.contacts[contact] = found;
         let (stages, residual, stop) = (at_once.stages(), at_once.residual, Stop::Converged);
@@ -152,9 +153,7 @@ impl<S: Space> Ladder<S> {
         if problem.is_of_normals() {
             return residual_of_normals(problem, impulses, (&mut self.pressed, &mut self.after));
         }
-        if self.prepared.contacts.len() != problem.contacts.len() {
-            self.prepared.update(problem);
-        }
+        self.prepared.update(problem);
         residual_in(problem, &self.prepared, impulses, &mut self.after)
     }
 
@@ -213,14 +212,11 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
             }
             impulses.copy_from(&self.given);
         }
-        // a single island is all of the problem: what is left of it is measured where it is solved
+        // what is left of islands is measured where they are solved; only rows and moments are measured anew for the whole
         let is_one = !normals_alone && self.islands.count() == 1 && problem.contacts.len() > 1;
-        self.prepared.contacts.clear();
-        if !normals_alone && !is_one {
-            self.prepared.update(problem);
-        }
+        let plain = !normals_alone && problem.rows.is_empty() && problem.resistances.is_empty();
         let mut outcome = Outcome::nothing_to_do();
-        let mut of_one = None;
+        let mut measured = (is_one || plain).then(Residual::default);
         outcome.islands.reserve(self.islands.count());
         let stopped = self.climb_shared(problem, settings, impulses, watch);
         let mut short = None;
@@ -247,10 +243,12 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
             let stop = climbed.stop.clone();
             let left = climbed.residual;
             outcome.islands.push(self.report(island, climbed));
-            if is_one && !matches!(stop, Stop::Refused(_) | Stop::Interrupted) {
-                let worst = outcome.islands[0].worst;
-                of_one = Some(Residual { worst, ..left });
-            }
+            let worst = outcome.islands.last().and_then(|report| report.worst);
+            measured = match (measured, &stop) {
+                (_, Stop::Refused(_) | Stop::Interrupted) => None,
+                (Some(all), _) if all.absolute.is_nan() || left.absolute <= all.absolute => Some(all),
+                (all, _) => all.map(|_| Residual { worst, ..left }),
+            };
             match stop {
                 Stop::Interrupted => outcome.stop = stop,
                 Stop::Refused(reason) => {
@@ -268,7 +266,12 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
             }
             break;
         }
-        outcome.residual = of_one.unwrap_or_else(|| self.residual_of_all(problem, impulses));
+        let is_whole = outcome.stop != Stop::Interrupted;
+        outcome.residual = match measured.filter(|_| is_whole) {
+            Some(all) if is_one => all,
+            Some(all) => all.relative_to(velocity_scale_of(&problem.contacts, &problem.velocities)),
+            None => self.residual_of_all(problem, impulses),
+        };
         let asks_more = settings.impulses == ImpulseChoice::MinimumNorm && short.is_some();
         if outcome.stop == Stop::Converged && (asks_more || outcome.residual.absolute > settings.tolerance) {
             outcome.stop = short.unwrap_or(Stop::OutOfIterations);
