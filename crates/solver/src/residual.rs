@@ -8,7 +8,7 @@
 
 use crate::cone::project_tangent;
 use crate::prepared::{ContactRow, Prepared, PreparedContact, along};
-use crate::problem::{Contact, ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
+use crate::problem::{ContactProblem, FrictionLaw, Impulse, Impulses, Twist};
 use carom_math::{Column, Space};
 use serde::{Deserialize, Serialize};
 
@@ -299,13 +299,21 @@ pub fn velocity_scale<S: Space>(problem: &ContactProblem<S>, prepared: &Prepared
     contacts.chain(rows).fold(0.0, f64::max)
 }
 
-/// The same of contacts alone, before their rows are made.
-pub(crate) fn velocity_scale_of<S: Space>(contacts: &[Contact<S>], v: &[Twist<S>]) -> f64 {
-    let scale = |c: &Contact<S>| {
-        let (normal, slip) = c.relative_velocity(v);
-        asked(c.target, (normal, if c.friction > 0.0 { slip - c.slip_target } else { S::Slip::ZERO }))
-    };
-    contacts.iter().map(scale).fold(0.0, f64::max)
+/// The same of a problem of contacts alone, before their rows are made.
+pub(crate) fn velocity_scale_of<S: Space>(problem: &ContactProblem<S>) -> f64 {
+    let v = &problem.velocities;
+    problem.contacts.iter().fold(0.0, |most: f64, c| {
+        let (a, b) = (&v[c.a], &v[c.b]);
+        let moments = (S::moment(c.arm_a, c.normal), S::moment(c.arm_b, c.normal));
+        let most = most.max(c.target - along::<S>(&c.normal, &moments, a, b));
+        // rounding counts only where nearly nothing is asked for: normal and slip are no larger than this together
+        let moved = a.at(c.arm_a) - b.at(c.arm_b);
+        if 4.0 * f64::EPSILON * (moved.norm() + c.slip_target.norm()) <= most {
+            return most;
+        }
+        let prepared = PreparedContact::new(c, &problem.inverse_masses);
+        most.max(approach_scale(&prepared, law_velocity(&prepared, a, b)))
+    })
 }
 
 /// What a contact's law asks for of the velocities of its bodies: without friction the slip is of no matter, and zero.
@@ -323,12 +331,6 @@ fn law_velocity_of<S: Space>(c: &PreparedContact<S>, v: &[Twist<S>]) -> (f64, S:
 
 /// What one contact adds to it.
 #[inline]
-fn approach_scale<S: Space>(c: &PreparedContact<S>, velocity: (f64, S::Slip)) -> f64 {
-    asked(c.target, velocity)
-}
-
-/// What no impulse at all leaves of a contact's velocity, or its rounding.
-#[inline]
-fn asked<T: Column>(target: f64, (normal, slip): (f64, T)) -> f64 {
-    (target - normal).max(f64::EPSILON * (normal.abs() + slip.norm()))
+fn approach_scale<S: Space>(c: &PreparedContact<S>, (normal, slip): (f64, S::Slip)) -> f64 {
+    (c.target - normal).max(f64::EPSILON * (normal.abs() + slip.norm()))
 }

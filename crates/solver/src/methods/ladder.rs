@@ -269,7 +269,7 @@ impl<S: Space> ImpulseSolver<S> for Ladder<S> {
         let is_whole = outcome.stop != Stop::Interrupted;
         outcome.residual = match measured.filter(|_| is_whole) {
             Some(all) if is_one => all,
-            Some(all) => all.relative_to(velocity_scale_of(&problem.contacts, &problem.velocities)),
+            Some(all) => all.relative_to(velocity_scale_of(problem)),
             None => self.residual_of_all(problem, impulses),
         };
         let asks_more = settings.impulses == ImpulseChoice::MinimumNorm && short.is_some();
