@@ -47,7 +47,8 @@ pub fn settings<S: Geometry>(way: &str) -> Result<Settings<S>, String> {
     let solver = parts.next().map(str::parse::<SolverKind>).transpose()?;
     let gravity = Scene::<S>::gravity();
     let mut settings = Settings { dt: DT, gravity, scheme, solver, ..Settings::default() };
-    for (number, part) in [&mut settings.iterations, &mut settings.soft.substeps].into_iter().zip(&mut parts) {
+    for (number, part) in [&mut settings.iterations, &mut settings.soft.substeps].into_iter().zip(&mut parts)
+    {
         *number = part.parse().map_err(|_| format!("carom: {part:?} in {way:?} is no number"))?;
     }
     parts.next().map_or(Ok(settings), |more| Err(format!("carom: nothing is named {more:?} in {way:?}")))
