@@ -2,6 +2,7 @@
 //! they keep too, and stand where springs sag.
 
 use crate::harness::*;
+use crate::soft_step::{stack, two_balls_keep_their_momentum};
 use carom::{BodySpec, Column, OnInaccurate, Scheme, Settings, SoftSettings, SolverKind, World};
 
 in_plane_and_space!(
@@ -30,17 +31,6 @@ fn rigid<S: Dimension>(solver: SolverKind, iterations: usize, dt: f64) -> Settin
         on_inaccurate: OnInaccurate::Ignore,
         ..Settings::default()
     }
-}
-
-/// Blocks of 1 m on the floor.
-fn stack<S: Dimension>(settings: Settings<S>, masses: &[f64]) -> World<S> {
-    let mut w = world::<S>(settings);
-    add_floor(&mut w, 0.6, 0.0);
-    for (k, mass) in masses.iter().enumerate() {
-        let block = BodySpec::heavy(S::block(1.0, 1.0), *mass).at(S::at(0.0, 0.5 + k as f64));
-        add(&mut w, &format!("block {k}"), block.friction(0.6));
-    }
-    w
 }
 
 /// A wall of blocks.
@@ -105,20 +95,10 @@ pub fn a_block_on_rigid_contacts_slides_as_far_as_coulomb_says<S: Dimension>() {
     }
 }
 
-/// An oblique collision with friction, to f32's rounding of the impulse.
+/// An oblique collision with friction.
 pub fn balls_that_meet_rigidly_keep_their_momentum<S: Dimension>() {
     for solver in SWEPT {
-        let settings = Settings { gravity: S::Vector::ZERO, ..rigid(solver, 8, 1.0 / 240.0) };
-        let mut w = world::<S>(settings);
-        let ball = |mass: f64| BodySpec::heavy(S::ball(0.3), mass).friction(0.4).restitution(0.7);
-        add(&mut w, "one", ball(2.0).moving(S::at(3.0, 0.1)).spinning(S::turn(4.0)));
-        add(&mut w, "other", ball(5.0).at(S::at(0.75, 0.2)).moving(S::at(-1.0, 0.0)));
-        let before = w.momenta();
-        let mut struck = false;
-        run(&mut w, 0.3, |_, r| struck |= r.ledger.contact_normal != 0.0);
-        assert!(struck);
-        at_most((w.momenta().linear - before.linear).norm(), 1e-6 * 11.0, "change of momentum [kg m/s]");
-        at_most(w.ledger().closure.abs(), 1e-6 * 20.0, "closure [J]");
+        two_balls_keep_their_momentum::<S>(rigid(solver, 8, 1.0 / 240.0));
     }
 }
 

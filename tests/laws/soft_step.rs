@@ -43,7 +43,7 @@ fn soft<S: Dimension>(dt: f64) -> Settings<S> {
 }
 
 /// Blocks of 1 m on the floor.
-fn stack<S: Dimension>(settings: Settings<S>, masses: &[f64]) -> World<S> {
+pub fn stack<S: Dimension>(settings: Settings<S>, masses: &[f64]) -> World<S> {
     let mut w = world::<S>(settings);
     add_floor(&mut w, 0.6, 0.0);
     for (k, mass) in masses.iter().enumerate() {
@@ -171,7 +171,12 @@ pub fn a_block_on_a_slope_stays_below_the_friction_angle_and_slides_above_it<S: 
 
 /// An oblique collision with friction: P of both balls to f32's rounding of the impulse, L to first order in the step.
 pub fn two_balls_in_flight_keep_their_momentum<S: Dimension>() {
-    let mut w = world::<S>(Settings { gravity: S::Vector::ZERO, ..soft(1.0 / 240.0) });
+    two_balls_keep_their_momentum::<S>(soft(1.0 / 240.0));
+}
+
+/// The same with these settings, whose step is 1/240 s.
+pub fn two_balls_keep_their_momentum<S: Dimension>(settings: Settings<S>) {
+    let mut w = world::<S>(Settings { gravity: S::Vector::ZERO, ..settings });
     let ball = |mass: f64| BodySpec::heavy(S::ball(0.3), mass).friction(0.4).restitution(0.7);
     add(&mut w, "one", ball(2.0).moving(S::at(3.0, 0.1)).spinning(S::turn(4.0)));
     add(&mut w, "other", ball(5.0).at(S::at(0.75, 0.2)).moving(S::at(-1.0, 0.0)));

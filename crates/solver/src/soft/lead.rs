@@ -1,4 +1,4 @@
-//! What leads rigid sweeps on: conjugate directions over them (theory eqs. 5.35, 11.15). What a sweep changes is minus a gradient g;
+//! What leads rigid sweeps on: conjugate directions over them (theory eqs. 5.35, 11.14). What a sweep changes is minus a gradient g;
 //! p <- beta p - g and x <- x + p with beta = |g|^2 / |g_before|^2, forgotten when the gradient grows. x is all impulses, and the
 //! velocities that they give: both are led the same way, so that they keep fitting each other.
 
