@@ -9,7 +9,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: bench-instructions bench-threads help demo test test-player test-firefox check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-hard bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
+.PHONY: bench-instructions bench-threads bench-growth bench-accuracy help demo test test-player test-firefox check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-hard bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings, replay pages and plots to out/"
@@ -25,6 +25,8 @@ help:
 	@echo "make bench-collide    what finding contacts costs, phase by phase"
 	@echo "make bench-threads [THREADS=2]    what threads save, scheme by scheme, and that no bit depends on them"
 	@echo "make bench-instructions [CHECK=1]    instructions of the hot kernels, beside the table's; needs valgrind"
+	@echo "make bench-growth [PAIRS=100000]    what a pair that touches costs soft_step, from a hundred pairs to a million; memory"
+	@echo "make bench-accuracy   auto and pgs alone to the same tolerances: time and residual"
 	@echo "make bench-peers [SCENES=..] [ENGINES=..] [THREADS=1,2]    carom, Box2D, Box3D, Rapier, Jolt, MuJoCo and pymunk in one run; long"
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
 	@echo "make heaps   boxes and hulls in a bin, 1000 bodies poured, a Kapla tower for 600 s: energy, overlap, books, cost; long"
@@ -157,6 +159,15 @@ bench-collide:
 # a minute: scenes on one thread and on several, in turn
 bench-threads:
 	$(CARGO) run --quiet --release --locked --package carom-scenes --bin threads -- $(THREADS)
+
+# some minutes: what a pair that touches costs soft_step in scenes of a hundred pairs to a million, in time and memory; PAIRS=100000 stops there
+PAIRS ?=
+bench-growth:
+	$(CARGO) run --quiet --release --locked --package carom-scenes --bin growth -- $(PAIRS)
+
+# some minutes: auto and pgs alone to the same tolerances; fails where pgs is cheaper
+bench-accuracy:
+	$(CARGO) run --quiet --release --locked --package carom-scenes --bin accuracy
 
 # instructions of the hot kernels beside those of the table, by valgrind: minutes, and no matter how busy the machine is;
 # CHECK=1 leaves the table and fails where a kernel takes a twentieth more

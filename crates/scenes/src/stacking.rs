@@ -53,16 +53,40 @@ pub fn pyramid<S: Stage>(base: usize) -> Result<World<S>, BuildError> {
     // a base of 50 stands with 60 sweeps, warm-started; more make the fall after the start shorter
     let mut world = World::new(Settings { iterations: 60, ..settings::<S>(1.0 / 120.0) })?;
     world.add("floor", BodySpec::fixed(S::ground(0.0)).friction(0.6))?;
+    add_pyramid(&mut world, "", base, 0.0)?;
+    Ok(world)
+}
+
+/// Pyramids like [`pyramid`], side by side on one floor, 2 m apart: as many islands.
+///
+/// # Errors
+/// None is known; those of building a world.
+pub fn pyramids<S: Stage>(count: usize, base: usize) -> Result<World<S>, BuildError> {
+    let mut world = World::new(Settings { iterations: 60, ..settings::<S>(1.0 / 120.0) })?;
+    world.add("floor", BodySpec::fixed(S::ground(0.0)).friction(0.6))?;
+    for k in 0..count {
+        add_pyramid(&mut world, &format!("{k}_"), base, k as f64 * (base as f64 + 2.0))?;
+    }
+    Ok(world)
+}
+
+/// Adds a pyramid about a place along x, its boxes named by a prefix, row and number.
+fn add_pyramid<S: Stage>(
+    world: &mut World<S>,
+    prefix: &str,
+    base: usize,
+    about: f64,
+) -> Result<(), BuildError> {
     for row in 0..base {
         let width = base - row;
         for k in 0..width {
-            let along = k as f64 - 0.5 * (width - 1) as f64;
+            let along = about + k as f64 - 0.5 * (width - 1) as f64;
             let spec =
                 BodySpec::dense(S::block(1.0, 1.0, 1.0), DENSITY).at(S::place(along, 0.5 + row as f64));
-            world.add(&format!("box{row}_{k}"), spec.friction(0.6))?;
+            world.add(&format!("box{prefix}{row}_{k}"), spec.friction(0.6))?;
         }
     }
-    Ok(world)
+    Ok(())
 }
 
 /// Length of a card \[m\].

@@ -289,10 +289,9 @@ impl<S: Wide> Table<'_, S> {
             rows[d + k] = bodies.spin[k];
         }
         let rows = Real::turn(rows);
+        let free = self.motion.behind(self.obstacles as usize);
         for k in 0..WIDTH {
-            if ids[k] >= self.obstacles {
-                self.motion.set(ids[k] as usize, rows[k].store());
-            }
+            free.set(ids[k] as usize, rows[k].store());
         }
     }
 

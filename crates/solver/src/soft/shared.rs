@@ -29,4 +29,25 @@ impl<'a, T: Copy> Shared<'a, T> {
     pub fn set(&self, i: usize, item: T) {
         self.0[i].set(item);
     }
+    /// The items behind the first ones, for who replaces several of them: one look at a place tells whether it is there.
+    #[inline(always)]
+    pub fn behind(&self, first: usize) -> Behind<'a, T> {
+        Behind { items: self.0.get(first..).unwrap_or_default(), first }
+    }
+}
+
+/// The items of a list behind the first ones.
+pub struct Behind<'a, T> {
+    items: &'a [Cell<T>],
+    first: usize,
+}
+
+impl<T: Copy> Behind<'_, T> {
+    /// Replaces an item by its place in the whole list; the first ones stay as they are.
+    #[inline(always)]
+    pub fn set(&self, i: usize, item: T) {
+        if let Some(own) = self.items.get(i.wrapping_sub(self.first)) {
+            own.set(item);
+        }
+    }
 }

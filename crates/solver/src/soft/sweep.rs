@@ -105,14 +105,20 @@ fn wanted<S: Wide, L: Lanes>(
     let (all, rate) = (Real::all(lanes, 1.0 / spring.h), Real::all(lanes, spring.bias_rate));
     let (mass_share, impulse_share) =
         (Real::all(lanes, spring.mass_share), Real::all(lanes, spring.impulse_share));
-    let (push, slop) = (Real::all(lanes, -spring.push_speed), Real::all(lanes, spring.slop));
-    let (mut wanted, mut stiff) = (*gaps, *gaps);
+    let push = Real::all(lanes, -spring.push_speed);
+    let (mut wanted, mut stiff, mut beyond) = (*gaps, *gaps, *gaps);
+    // springs have none
+    if spring.slop > 0.0 {
+        for gap in beyond.slice_mut() {
+            *gap += Real::all(lanes, spring.slop);
+        }
+    }
     for i in 0..<S::Points<f32> as Several<f32>>::LEN {
         let lever = lever::<S, L>(lanes, pack, i);
         let velocity = inner(&lever, twist);
         let impulse = Real::load(lanes, &pack.points[i].impulse);
         let closes = velocity + gaps[i] * all;
-        let pushes = velocity + ((gaps[i] + slop).min(zero) * rate).max(push);
+        let pushes = velocity + (beyond[i].min(zero) * rate).max(push);
         let soft = impulse - masses.points[i] * mass_share * pushes - impulse_share * impulse;
         wanted[i] = zero.if_less(gaps[i], impulse - masses.points[i] * closes, soft);
         stiff[i] = masses.points[i] * zero.if_less(gaps[i], zero.like(1.0), mass_share);
