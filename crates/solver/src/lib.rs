@@ -24,6 +24,7 @@ mod number;
 pub mod outcome;
 pub mod prepared;
 pub mod problem;
+mod registers;
 pub mod residual;
 pub mod resistance;
 pub mod soft;

@@ -5,7 +5,8 @@ use super::analyses::Analyses;
 use super::operator::{Matrix, Operator};
 use super::system::{Block, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
-use pulp::{Arch, Simd, WithSimd};
+use crate::registers::in_widest;
+use pulp::{Simd, WithSimd};
 use std::sync::Arc;
 
 /// One contact's rows on its two bodies, in the units of the scaled problem.
@@ -120,7 +121,7 @@ impl<const D: usize> BodySpace<D> {
     }
 
     fn assembled(&mut self) -> bool {
-        Arch::new().dispatch(Assemble(self, ()));
+        in_widest(Assemble(self, ()));
         self.factor.factorize(&self.analysis, &self.values)
     }
 
@@ -147,9 +148,9 @@ impl<const D: usize> BodySpace<D> {
 
     /// Replaces rhs by dx.
     pub fn solve(&mut self, x: &mut [[f64; D]]) {
-        Arch::new().dispatch(Pull(self, x));
+        in_widest(Pull(self, x));
         self.factor.solve(&self.analysis, &mut self.change);
-        Arch::new().dispatch(PutBack(self, x));
+        in_widest(PutBack(self, x));
     }
 
     #[inline(always)]
@@ -325,7 +326,7 @@ impl<const D: usize> Rows<D> {
     /// W~ x through the bodies: B (B^T x); `change` holds B^T x afterwards.
     pub fn product(&self, x: &[[f64; D]], change: &mut Vec<f64>, out: &mut [[f64; D]]) {
         change.resize(self.bodies * self.freedoms, 0.0);
-        Arch::new().dispatch(Product(self, x, change, out));
+        in_widest(Product(self, x, change, out));
     }
 
     #[inline(always)]

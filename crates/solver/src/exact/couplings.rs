@@ -3,7 +3,7 @@
 //! each number of an impulse is spread over a register; in the plane a block by rows fills one register.
 
 use super::operator::Matrix;
-use super::row::in_fours;
+use crate::registers::in_fours;
 use pulp::{Simd, WithSimd};
 
 /// Numbers that a block of three rows takes: three columns of four.

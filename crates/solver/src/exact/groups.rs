@@ -9,7 +9,8 @@ use super::group_rows::{MOST, add_lines, add_rows};
 use super::operator::Matrix;
 use super::system::{Block, Spare, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
-use pulp::{Arch, Simd, WithSimd};
+use crate::registers::in_widest;
+use pulp::{Simd, WithSimd};
 use std::sync::Arc;
 
 /// Fewer contacts are not worth the condensing.
@@ -137,15 +138,15 @@ impl<const D: usize> GroupSpace<D> {
     /// The condensed system, if at least half of the contacts condense to fewer directions than they have rows.
     pub fn of(matrix: &Matrix, analyses: &mut Analyses) -> Option<Self> {
         let mut groups = gather(&matrix.graph, D)?;
-        let (rows, columns) = Arch::new().dispatch(Sketches::<D>(matrix));
+        let (rows, columns) = in_widest(Sketches::<D>(matrix));
         for group in groups.iter_mut().filter(|g| g.contacts.len() > 1) {
             let n = group.contacts.len() * D;
-            group.basis = Arch::new().dispatch(Directions(&group.contacts, &rows))?;
+            group.basis = in_widest(Directions(&group.contacts, &rows))?;
             let is_symmetric = group.contacts.iter().all(|&i| rows[i as usize] == columns[i as usize]);
             group.seen = if is_symmetric {
                 group.basis.clone()
             } else {
-                Arch::new().dispatch(Directions(&group.contacts, &columns))?
+                in_widest(Directions(&group.contacts, &columns))?
             };
             group.rank = group.basis.len() / n;
             if group.seen.len() != group.basis.len() {
@@ -157,7 +158,7 @@ impl<const D: usize> GroupSpace<D> {
             group.contacts.iter().for_each(|&i| owner[i as usize] = g as u32);
         }
         let graph = group_graph(matrix, &groups, &owner);
-        let reduced = Arch::new().dispatch(Reduce::<D>(matrix, &groups, &owner, &graph))?;
+        let reduced = in_widest(Reduce::<D>(matrix, &groups, &owner, &graph))?;
         let diagonal = (0..groups.len())
             .map(|g| graph.offsets[graph.position(g, g).expect("every row holds its diagonal")])
             .collect();
@@ -190,8 +191,8 @@ impl<const D: usize> GroupSpace<D> {
 
     /// Factorises with D from `blocks`.
     pub fn factorize(&mut self, (blocks, least): Stiffness<'_, D>) -> bool {
-        Arch::new().dispatch(Soften(self, (blocks, least)));
-        Arch::new().dispatch(Spread(self, blocks));
+        in_widest(Soften(self, (blocks, least)));
+        in_widest(Spread(self, blocks));
         self.factor.factorize(&self.analysis, &self.values)
     }
 
@@ -246,9 +247,9 @@ impl<const D: usize> GroupSpace<D> {
 
     /// Replaces rhs by dx.
     pub fn solve(&mut self, x: &mut [[f64; D]]) {
-        Arch::new().dispatch(Pull(self, x));
+        in_widest(Pull(self, x));
         self.factor.solve(&self.analysis, &mut self.solution);
-        Arch::new().dispatch(Push(self, x));
+        in_widest(Push(self, x));
     }
 
     /// Writes -V g, and the right-hand sides of contacts on their own.

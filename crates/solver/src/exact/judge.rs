@@ -2,8 +2,9 @@
 
 use super::blocks::Blocks;
 use super::cone::{dot, project, tangent};
-use super::lane::{Lane, lanes, live, load};
-use pulp::{Arch, Simd, WithSimd};
+use super::lane::{Lane, Sum, lanes, live, load};
+use crate::registers::in_widest;
+use pulp::{Simd, WithSimd};
 
 /// The two natural-map errors of `Measure` \[1\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,8 +42,8 @@ impl<const D: usize> WithSimd for Judge<'_, D> {
         let Judge(blocks, r, u) = self;
         let count = blocks.count();
         let zero = Lane::all(simd, 0.0);
-        let (mut natural, mut scaled) = (zero, zero);
-        let (mut size, mut largest) = (zero, zero);
+        let (mut natural, mut scaled, mut size) = (Sum::default(), Sum::default(), Sum::default());
+        let mut largest = zero;
         for first in (0..count).step_by(S::F64_LANES) {
             let mu = Lane::load(simd, &blocks.friction[first..]);
             let norm = Lane::load(simd, &blocks.norms[first..]);
@@ -57,25 +58,25 @@ impl<const D: usize> WithSimd for Judge<'_, D> {
                 let off = lanes!(zero; k => r[k] - nearest[k]);
                 *square = dot(off, off);
             }
-            natural = natural + live * squares[0];
+            natural.add(first, live * squares[0]);
             let in_velocity = live * norm * norm * squares[1];
             // a NaN must survive: max would hide it, the sum does not
             largest = largest.max(in_velocity);
-            scaled = scaled + in_velocity;
-            size = size + dot(q, q);
+            scaled.add(first, in_velocity);
+            size.add(first, dot(q, q));
         }
         if blocks.by_contact {
             let worst = largest.greatest().sqrt() / blocks.largest_velocity();
-            let worst = if scaled.sum().is_finite() { worst } else { f64::INFINITY };
+            let worst = if scaled.total().is_finite() { worst } else { f64::INFINITY };
             return Errors { natural: worst, scaled: worst };
         }
-        let size = size.sum().sqrt();
+        let size = size.total().sqrt();
         let size = if size > 0.0 { size } else { 1.0 };
-        Errors { natural: natural.sum().sqrt() / size, scaled: scaled.sum().sqrt() / size }
+        Errors { natural: natural.total().sqrt() / size, scaled: scaled.total().sqrt() / size }
     }
 }
 
 /// Errors of impulses r with velocities u = W r + q.
 pub fn errors<const D: usize>(blocks: &Blocks<D>, r: &[[f64; D]], u: &[[f64; D]]) -> Errors {
-    Arch::new().dispatch(Judge(blocks, r, u))
+    in_widest(Judge(blocks, r, u))
 }

@@ -1,11 +1,12 @@
 //! Numbers side by side: one register holds the same quantity of several contacts. Contacts lie one after another
 //! in memory and are turned on the way in and out.
 
-use pulp::Simd;
+use crate::registers::{ABREAST, whole};
+use pulp::{Scalar, Simd};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Contacts per pack; vectors over contacts are padded to whole packs.
-pub const PACK: usize = 8;
+pub const PACK: usize = ABREAST;
 
 /// A vector of lanes from an expression per component. An ordinary loop, because closures and `array::from_fn` are
 /// compiled without the registers that lanes need unless the compiler happens to inline them.
@@ -98,11 +99,6 @@ impl<S: Simd> Lane<S> {
         let mask = self.simd.less_than_or_equal_f64s(self.value, other.value);
         self.with(self.simd.select_f64s(mask, yes.value, no.value))
     }
-    /// Sum over the register.
-    #[inline(always)]
-    pub fn sum(self) -> f64 {
-        self.simd.reduce_sum_f64s(self.value)
-    }
     /// Largest number in the register.
     #[inline(always)]
     pub fn greatest(self) -> f64 {
@@ -112,6 +108,13 @@ impl<S: Simd> Lane<S> {
     #[inline(always)]
     pub fn least(self) -> f64 {
         self.simd.reduce_min_f64s(self.value)
+    }
+}
+
+impl Lane<Scalar> {
+    /// The only number of a register of one.
+    pub fn number(self) -> f64 {
+        self.value
     }
 }
 
@@ -152,6 +155,24 @@ impl<S: Simd> Neg for Lane<S> {
     #[inline(always)]
     fn neg(self) -> Self {
         self.with(self.simd.neg_f64s(self.value))
+    }
+}
+
+/// A sum over contacts, one for each place in a pack until the end: its bits are those of any register width.
+#[derive(Clone, Copy, Default)]
+pub struct Sum([f64; PACK]);
+
+impl Sum {
+    /// Adds a number of the contacts from `first` on.
+    #[inline(always)]
+    pub fn add<S: Simd>(&mut self, first: usize, value: Lane<S>) {
+        let places = &mut self.0[first % PACK..];
+        (Lane::load(value.simd, places) + value).store(places);
+    }
+    /// The sum.
+    #[inline(always)]
+    pub fn total(self) -> f64 {
+        whole(self.0)
     }
 }
 

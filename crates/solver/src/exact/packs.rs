@@ -8,7 +8,8 @@ use super::bodies::{NO_BODY, Rows};
 use super::lane::{Lane, Lanes, PACK};
 use super::local::Local;
 use super::local_lanes::{self, GIVEN};
-use pulp::{Arch, Simd, WithSimd};
+use crate::registers::in_widest;
+use pulp::{Simd, WithSimd};
 
 /// Each number of eight contacts side by side.
 pub type Eight = [f64; PACK];
@@ -109,7 +110,7 @@ impl<const D: usize> Packs<D> {
     }
     /// One sweep; r in the packs' order.
     pub fn sweep(&mut self, blocks: &Blocks<D>, r: &mut [f64], bodies: &mut [f64]) {
-        Arch::new().dispatch(Sweep { packs: self, blocks, r, bodies });
+        in_widest(Sweep { packs: self, blocks, r, bodies });
     }
 }
 
@@ -410,7 +411,7 @@ mod tests {
                 if narrow {
                     sweep.with_simd(pulp::Scalar::new());
                 } else {
-                    Arch::new().dispatch(sweep);
+                    in_widest(sweep);
                 }
             }
             r

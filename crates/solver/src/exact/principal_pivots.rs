@@ -2,8 +2,8 @@
 //! positive, solve for them, and let every impulse and velocity of the wrong sign change sides; once that no longer
 //! lowers their number, only the last of them (Murty 1974), which ends for every P-matrix.
 
-use super::row::in_fours;
 use crate::delassus::Csr;
+use crate::registers::in_fours;
 use pulp::{Simd, WithSimd};
 
 /// Larger problems are left to the other stages.

@@ -3,16 +3,8 @@
 //! number more for it.
 
 use super::operator::Matrix;
-use pulp::{Arch, Simd, WithSimd};
-
-/// Runs an operation with registers of four where the machine has them: wider ones would be half empty.
-pub fn in_fours<O: WithSimd>(operation: O) -> O::Output {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
-        return Simd::vectorize(simd, operation);
-    }
-    Arch::new().dispatch(operation)
-}
+use crate::registers::in_fours;
+use pulp::{Simd, WithSimd};
 
 /// Four numbers from `at` on.
 #[inline(always)]

@@ -3,7 +3,7 @@
 
 use super::local::plus;
 use super::operator::Matrix;
-use super::row::in_fours;
+use crate::registers::in_fours;
 use pulp::{Simd, WithSimd};
 
 /// Most unknowns.

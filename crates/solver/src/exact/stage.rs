@@ -4,13 +4,14 @@ use super::analyses::Analyses;
 use super::blocks::Blocks;
 use super::cone::{dot, natural_map, newton_block, project};
 use super::judge::Errors;
-use super::lane::{Lane, Lanes, lanes, live, load, store};
+use super::lane::{Lane, Lanes, Sum, lanes, live, load, store};
 use super::memory::{Memory, Pool};
 use super::scaled::Scaled;
 use super::system::System;
 use crate::impulse_solver::Content;
+use crate::registers::in_widest;
 use crate::watch::{Progress, Watch};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 /// Why a stage ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,19 +114,19 @@ impl<const D: usize> WithSimd for NaturalSize<'_, D> {
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let NaturalSize(scaled, x, u) = self;
         let count = scaled.count();
-        let mut sum = Lane::all(simd, 0.0);
+        let mut sum = Sum::default();
         for first in (0..count).step_by(S::F64_LANES) {
             let rho = Lane::load(simd, &scaled.step[first..]);
             let map = natural_map(load(simd, x, first), load(simd, u, first), rho);
-            sum = sum + live(simd, first, count) * dot(map, map) / (rho * rho);
+            sum.add(first, live(simd, first, count) * dot(map, map) / (rho * rho));
         }
-        sum.sum().sqrt()
+        sum.total().sqrt()
     }
 }
 
 /// Size of the natural map in velocity units, contacts taken together.
 pub fn natural_size<const D: usize>(scaled: &Scaled<D>, x: &[[f64; D]], u: &[[f64; D]]) -> f64 {
-    Arch::new().dispatch(NaturalSize(scaled, x, u))
+    in_widest(NaturalSize(scaled, x, u))
 }
 
 struct NewtonRows<'a, const D: usize> {
@@ -160,7 +161,7 @@ pub fn newton_rows<const D: usize>(
     shift: (f64, f64),
     (blocks, rhs): (&mut [[[f64; D]; D]], &mut [[f64; D]]),
 ) {
-    Arch::new().dispatch(NewtonRows { scaled, x, u, shift, blocks, rhs });
+    in_widest(NewtonRows { scaled, x, u, shift, blocks, rhs });
 }
 
 /// Stores blocks of consecutive contacts.
@@ -200,5 +201,5 @@ impl<const D: usize> WithSimd for Advance<'_, D> {
 
 /// out = P_L(x + step dx).
 pub fn advance<const D: usize>(x: &[[f64; D]], dx: &[[f64; D]], step: f64, out: &mut [[f64; D]]) {
-    Arch::new().dispatch(Advance(x, dx, step, out));
+    in_widest(Advance(x, dx, step, out));
 }

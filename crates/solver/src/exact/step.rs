@@ -3,11 +3,12 @@
 use super::cone::{
     Scaling, determinant, dot, longest_step, product, quotient, shifted, slip_direction, tangent_dot,
 };
-use super::lane::{Lane, Lanes, lanes, live, load, store};
+use super::lane::{Lane, Lanes, Sum, lanes, live, load, store};
 use super::memory::Pool;
 use super::scaled::Scaled;
 use super::stage::store_block;
-use pulp::{Arch, Simd, WithSimd};
+use crate::registers::in_widest;
+use pulp::{Simd, WithSimd};
 
 /// The iterate of the interior point, its direction and what a step needs in between.
 #[derive(Clone, Debug, Default)]
@@ -138,7 +139,7 @@ pub fn prepare<const D: usize>(
     (smoothing, share): (f64, f64),
     blocks: &mut [[[f64; D]; D]],
 ) {
-    Arch::new().dispatch(Prepare(scaled, pair, (smoothing, share), blocks));
+    in_widest(Prepare(scaled, pair, (smoothing, share), blocks));
 }
 
 #[inline(always)]
@@ -176,7 +177,7 @@ impl<const D: usize> WithSimd for Direction<'_, D> {
 
 /// Writes the right-hand side of the step towards complementarity `target` into dx.
 pub fn direction<const D: usize>(scaled: &Scaled<D>, pair: &mut Pair<D>, target: f64, corrected: bool) {
-    Arch::new().dispatch(Direction(scaled, pair, target, corrected));
+    in_widest(Direction(scaled, pair, target, corrected));
 }
 
 struct Reach<'a, const D: usize>(&'a Scaled<D>, &'a mut Pair<D>);
@@ -189,7 +190,7 @@ impl<const D: usize> WithSimd for Reach<'_, D> {
         let count = scaled.count();
         let (zero, far) = (Lane::all(simd, 0.0), Lane::all(simd, 1e30));
         let mut longest = far;
-        let mut sums = [zero; 3];
+        let mut sums = [Sum::default(); 3];
         for first in (0..count).step_by(S::F64_LANES) {
             let live = live(simd, first, count);
             let scaling = scaling(simd, pair, first);
@@ -202,17 +203,17 @@ impl<const D: usize> WithSimd for Reach<'_, D> {
             longest = longest.min(zero.if_less(live, step, far));
             let products = [dot(x, y), dot(x, dy) + dot(dx, y), dot(dx, dy)];
             for (sum, product) in sums.iter_mut().zip(products) {
-                *sum = zero.if_less(live, *sum + product, *sum);
+                sum.add(first, zero.if_less(live, product, zero));
             }
         }
-        pair.sums = sums.map(Lane::sum);
+        pair.sums = sums.map(Sum::total);
         longest.least()
     }
 }
 
 /// dy of the present dx, the sums over contacts, and the longest step that stays in the cones.
 pub fn reach<const D: usize>(scaled: &Scaled<D>, pair: &mut Pair<D>) -> f64 {
-    Arch::new().dispatch(Reach(scaled, pair))
+    in_widest(Reach(scaled, pair))
 }
 
 /// a + step d.
@@ -238,22 +239,22 @@ impl<const D: usize> WithSimd for Centrality<'_, D> {
         let count = scaled.count();
         let (zero, far) = (Lane::all(simd, 0.0), Lane::all(simd, 1e300));
         let length = Lane::all(simd, step);
-        let (mut least, mut sum) = (far, zero);
+        let (mut least, mut sum) = (far, Sum::default());
         for first in (0..count).step_by(S::F64_LANES) {
             let live = live(simd, first, count);
             let x = ahead(length, &pair.x, &pair.dx, first);
             let y = ahead(length, &pair.y, &pair.dy, first);
             let both = (determinant(x) * determinant(y)).max(zero);
             least = least.min(zero.if_less(live, both, far));
-            sum = zero.if_less(live, sum + dot(x, y), sum);
+            sum.add(first, zero.if_less(live, dot(x, y), zero));
         }
-        least.least().sqrt() / (sum.sum() / count as f64)
+        least.least().sqrt() / (sum.total() / count as f64)
     }
 }
 
 /// The least sqrt(det x_i det y_i) over m after a step.
 pub fn centrality<const D: usize>(scaled: &Scaled<D>, pair: &Pair<D>, step: f64) -> f64 {
-    Arch::new().dispatch(Centrality(scaled, pair, step))
+    in_widest(Centrality(scaled, pair, step))
 }
 
 /// Takes the step; what rounding leaves on or outside the cone is put just inside.

@@ -6,7 +6,8 @@ use super::couplings::{Couplings, places, product, spread};
 use super::judge::{Errors, errors};
 use super::local::Local;
 use super::operator::Operator;
-use super::row::{in_fours, row_times};
+use super::row::row_times;
+use crate::registers::in_fours;
 use crate::watch::{Progress, Watch};
 use pulp::{Simd, WithSimd};
 

@@ -2,7 +2,8 @@
 //! A = L L^T row by row, each row from its first entry on. Where the order keeps entries near the diagonal, its dense inner
 //! products cost less than keeping account of a sparse factor. Knows no contacts.
 
-use pulp::{Arch, Simd, WithSimd};
+use crate::registers::in_fours;
+use pulp::{Simd, WithSimd};
 
 /// Pivots below this share of their diagonal entry are rounding.
 const SINGULAR: f64 = 1e-12;
@@ -40,11 +41,11 @@ impl Envelope {
     }
     /// Factorises; false where the matrix is singular, or not positive.
     pub fn factorize(&mut self) -> bool {
-        Arch::new().dispatch(Factorize(self))
+        in_fours(Factorize(self))
     }
     /// Replaces the right-hand side by the solution.
     pub fn solve(&self, x: &mut [f64]) {
-        Arch::new().dispatch(Solve(self, x));
+        in_fours(Solve(self, x));
     }
     /// A row of the factor: its first column, and its entries before the diagonal.
     #[inline(always)]
@@ -171,9 +172,12 @@ impl WithSimd for Solve<'_> {
     }
 }
 
-/// The inner product of two lists of one length.
+/// The inner product of two lists of one length, four sums side by side.
 #[inline(always)]
 fn dot<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
+    if S::F64_LANES != 4 {
+        return dot_by_numbers(a, b);
+    }
     let ((a, a_rest), (b, b_rest)) = (S::as_simd_f64s(a), S::as_simd_f64s(b));
     let mut sum = simd.splat_f64s(0.0);
     for (a, b) in a.iter().zip(b) {
@@ -183,6 +187,18 @@ fn dot<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
         sum = simd.mul_add_f64s(simd.partial_load_f64s(a_rest), simd.partial_load_f64s(b_rest), sum);
     }
     simd.reduce_sum_f64s(sum)
+}
+
+/// The same sums without registers of four.
+#[inline(always)]
+fn dot_by_numbers(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    for (a, b) in a.chunks(4).zip(b.chunks(4)) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum = a.mul_add(*b, *sum);
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
 #[cfg(test)]
@@ -212,6 +228,24 @@ mod tests {
         assert!(matrix.factorize());
         matrix.solve(&mut x);
         x.iter().zip(&expected).for_each(|(x, e)| assert!((x - e).abs() < 1e-14, "{x} {e}"));
+    }
+
+    #[test]
+    fn inner_products_have_the_same_bits_without_registers_of_four() {
+        struct Dot<'a>(&'a [f64], &'a [f64]);
+        impl WithSimd for Dot<'_> {
+            type Output = f64;
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, simd: S) -> f64 {
+                dot(simd, self.0, self.1)
+            }
+        }
+        let numbers = |scale: f64| (0..40).map(|i| (scale * i as f64).sin()).collect::<Vec<f64>>();
+        let (a, b) = (numbers(0.7), numbers(1.3));
+        for n in 0..40 {
+            let narrow = Dot(&a[..n], &b[..n]).with_simd(pulp::Scalar::new());
+            assert_eq!(in_fours(Dot(&a[..n], &b[..n])).to_bits(), narrow.to_bits(), "{n} numbers");
+        }
     }
 
     #[test]

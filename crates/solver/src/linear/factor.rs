@@ -5,7 +5,8 @@ use super::chunk::{determinant_sign, of_usual_sizes};
 use super::front::{Panel, Scratch, eliminate};
 use super::kernel::{SLACK, add_product, padded};
 use super::layout::Front;
-use pulp::{Arch, Simd, WithSimd};
+use crate::registers::in_widest;
+use pulp::{Simd, WithSimd};
 
 /// Factors of a matrix, with the memory to make and use them; no call but the first of an analysis allocates.
 #[derive(Clone, Debug, Default)]
@@ -47,12 +48,12 @@ impl Factor {
     /// Factorises the matrix of the analysed pattern with these values; false when a pivot block is singular.
     pub fn factorize(&mut self, analysis: &Analysis, values: &[f64]) -> bool {
         self.fit(analysis);
-        Arch::new().dispatch(Factorize(self, analysis, values))
+        in_widest(Factorize(self, analysis, values))
     }
 
     /// Replaces a right-hand side by the solution.
     pub fn solve(&mut self, analysis: &Analysis, x: &mut [f64]) {
-        Arch::new().dispatch(Solve(self, analysis, x));
+        in_widest(Solve(self, analysis, x));
     }
 
     /// 1 or -1: the sign of the determinant of the factorised matrix.

@@ -14,7 +14,7 @@ pub fn wide(v: Vector) -> Wide {
     v.map(|x| Lane::all(Scalar::new(), x))
 }
 pub fn narrow(v: Wide) -> Vector {
-    v.map(Lane::sum)
+    v.map(Lane::number)
 }
 
 /// x and y of one cone, in units of the whole, and what a step needs in between.
@@ -70,7 +70,7 @@ impl Cone {
     /// Scaling and direction of slip, times `share`, at the present x and y.
     pub fn prepare(&mut self, smoothing: f64, share: f64) {
         let scaling = Scaling::of(wide(self.x), wide(self.y));
-        (self.w, self.eta) = (narrow(scaling.w), scaling.eta.sum());
+        (self.w, self.eta) = (narrow(scaling.w), scaling.eta.number());
         self.slip =
             narrow(slip_direction(wide(self.y), Lane::all(Scalar::new(), smoothing))).map(|t| share * t);
     }
@@ -111,7 +111,7 @@ impl Cone {
     }
     /// The longest step that stays in the cones.
     pub fn reach(&self) -> f64 {
-        let of = |v: Vector, d: Vector| longest_step(wide(v), wide(d)).sum();
+        let of = |v: Vector, d: Vector| longest_step(wide(v), wide(d)).number();
         of(self.x, self.dx).min(of(self.y, self.dy))
     }
     /// v + step d.
@@ -126,7 +126,7 @@ impl Cone {
     /// sqrt(det x det y) after a step; NaN outside.
     pub fn centrality(&self, step: f64) -> f64 {
         let (x, y) = (Self::after(self.x, self.dx, step), Self::after(self.y, self.dy, step));
-        let (x, y) = (determinant(wide(x)).sum(), determinant(wide(y)).sum());
+        let (x, y) = (determinant(wide(x)).number(), determinant(wide(y)).number());
         if x > 0.0 && y > 0.0 { (x * y).sqrt() } else { f64::NAN }
     }
     /// |y_T|, smoothed.
