@@ -9,6 +9,7 @@ mod file_and_check;
 mod first_order;
 mod friction;
 mod fuzz;
+mod ladder;
 mod laws;
 mod lemke;
 mod linear;
