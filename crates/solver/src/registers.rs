@@ -1,6 +1,6 @@
 //! In which registers an operation runs. What runs in the widest that there are works number by number, or sums as `whole`
 //! does, and has the same bits in all of them. What would leave wide registers half empty runs in those of four; where a
-//! machine has none it multiplies and adds one after another, and has other bits. Knows no operation.
+//! machine has none most of it multiplies and adds one after another, and has other bits. Knows no operation.
 
 use pulp::{Arch, Simd, WithSimd};
 
