@@ -3,7 +3,7 @@
 //! in a process of its own, which tells what memory it holds; the same boxes far from each other tell what a body takes without
 //! pairs. What it does not do: run another engine (the race does, `SCENES=pyramids:8,pyramids:83`).
 
-use carom::{BodySpec, Geometry, Planar, Scheme, Settings, Spatial, World};
+use carom::{BodySpec, Planar, Scheme, Settings, Spatial, World};
 use carom_scenes::stacking;
 use carom_scenes::stage::Stage;
 use std::error::Error;
@@ -35,7 +35,7 @@ fn told<S: Stage>(what: &str, count: usize) -> Result<(), Box<dyn Error>> {
         if what == "pyramids" { stacking::pyramids::<S>(count, ROWS)? } else { apart::<S>(count * BOXES)? };
     world.set_settings(Settings { scheme: Scheme::SoftStep, solver: None, ..world.settings().clone() })?;
     let (mut spent, mut contacts) = (Vec::new(), 0);
-    for _ in 0..BEGINNING + (20_000 / (count * BOXES)).clamp(15, 200) {
+    for _ in 0..BEGINNING + (20_000 / (count * BOXES).max(1)).clamp(15, 200) {
         let (begun, dt) = (Instant::now(), world.settings().dt);
         let report = world.step(dt)?;
         spent.push(begun.elapsed().as_secs_f64() * 1e9);
