@@ -60,11 +60,11 @@ fn apart<S: Stage>(count: usize) -> Result<World<S>, Box<dyn Error>> {
 /// A line for each size, in both spaces.
 fn table(most: usize) -> Result<(), Box<dyn Error>> {
     println!(
-        "{:8}{:>10}{:>10}{:>12}{:>14}{:>14}",
-        "space", "bodies", "pairs", "ns a pair", "bytes a body", "bytes a pair"
+        "{:8}{:>10}{:>10}{:>12}{:>14}{:>14}{:>10}",
+        "space", "bodies", "pairs", "ns a pair", "bytes a body", "bytes a pair", "over 1e3"
     );
     for space in ["plane", "space"] {
-        let mut least = f64::INFINITY;
+        let mut first = None;
         for count in COUNTS.iter().filter(|count| **count * ROWS * ROWS <= most) {
             let bodies = count * BOXES;
             let [pairs, cost, held] = run(space, "pyramids", *count)?;
@@ -79,9 +79,9 @@ fn table(most: usize) -> Result<(), Box<dyn Error>> {
                 format!("{of_body:14.0}{of_pair:14.0}")
             };
             if pairs >= 900.0 {
-                least = least.min(cost);
+                first = first.or(Some(cost));
             }
-            let growth = if least < f64::INFINITY { format!("{:8.2}", cost / least) } else { String::new() };
+            let growth = first.map_or(String::new(), |first| format!("{:10.2}", cost / first));
             println!("{space:8}{bodies:10}{pairs:10}{cost:12.0}{bytes}{growth}");
         }
     }
