@@ -77,16 +77,27 @@ pub fn relax_row<S: Space>(
 
 /// One Gauss-Seidel update of a contact: normal, then friction at the new limit; returns the square of the larger
 /// change as a velocity.
-#[inline(always)]
 pub fn relax_contact<S: Space>(
     c: &PreparedContact<S>,
     impulse: &mut Impulse<S>,
     law: FrictionLaw,
     v: &mut [Twist<S>],
 ) -> f64 {
+    relax_above(c, impulse, 0.0, law, v)
+}
+
+/// The same for a normal impulse that is at least `least` \[N s\].
+#[inline]
+pub fn relax_above<S: Space>(
+    c: &PreparedContact<S>,
+    impulse: &mut Impulse<S>,
+    least: f64,
+    law: FrictionLaw,
+    v: &mut [Twist<S>],
+) -> f64 {
     let (mut a, mut b) = c.pair(v);
     let (speed, slip) = (c.normal.velocity_between(&a, &b), c.slip_between(&a, &b));
-    let normal = (impulse.normal - c.normal_mass * (speed - c.target)).max(0.0);
+    let normal = (impulse.normal - c.normal_mass * (speed - c.target)).max(least);
     let mut delta = Impulse::<S> { normal: normal - impulse.normal, tangent: S::Slip::ZERO };
     impulse.normal = normal;
     let moved = delta.normal * c.normal.inverse_effective_mass;
