@@ -87,7 +87,7 @@ pub fn relax_contact<S: Space>(
 }
 
 /// The same for a normal impulse that is at least `least` \[N s\].
-#[inline]
+#[inline(always)]
 pub fn relax_above<S: Space>(
     c: &PreparedContact<S>,
     impulse: &mut Impulse<S>,
