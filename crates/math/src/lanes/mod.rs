@@ -5,8 +5,13 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod four;
+mod halves;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod portable;
 mod real;
+#[cfg(target_arch = "x86_64")]
+mod sse2;
 
 pub use four::Four;
 pub use portable::Portable;
@@ -75,6 +80,19 @@ pub fn dispatch<J: Job>(job: J) -> J::Output {
     #[cfg(target_arch = "x86_64")]
     if let Some(lanes) = pulp::x86::V3::try_new() {
         return lanes.run(job);
+    }
+    in_fours(job)
+}
+
+/// Does a job in registers of four numbers, two for eight; in none where a machine has none.
+pub fn in_fours<J: Job>(job: J) -> J::Output {
+    #[cfg(target_arch = "x86_64")]
+    let four = pulp::x86::V1::try_new();
+    #[cfg(target_arch = "aarch64")]
+    let four = pulp::aarch64::Neon::try_new();
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+    if let Some(four) = four {
+        return halves::Halves(four).run(job);
     }
     Portable.run(job)
 }
@@ -171,6 +189,7 @@ mod tests {
     fn every_processor_gives_the_same_bits() {
         let numbers = numbers();
         assert_eq!(dispatch(Exercise(&numbers)), Portable.run(Exercise(&numbers)));
+        assert_eq!(in_fours(Exercise(&numbers)), Portable.run(Exercise(&numbers)));
     }
 
     #[test]
