@@ -59,6 +59,27 @@ fn a_structure_a_step_later_takes_at_most_four_factorisations<S: Space>() {
     }
 }
 
+/// What rests on the forces of the step before keeps them, bit for bit.
+fn a_start_that_solves_is_the_answer<S: Space>() {
+    for (what, problem) in structures::<S>() {
+        let solve = |tolerance: f64, impulses: &mut Impulses<S>| {
+            let settings = SolveSettings { tolerance, ..SolveSettings::default() };
+            SolverKind::Exact.make().solve(&problem, &settings, impulses)
+        };
+        let mut start = Impulses::zero(&problem);
+        assert_eq!(solve(1e-9 * FALL, &mut start).stop, Stop::Converged, "{what}");
+        let mut again = start.clone();
+        let outcome = solve(1e-8 * FALL, &mut again);
+        assert_eq!((outcome.stop, outcome.iterations), (Stop::Converged, 0), "{what}");
+        assert!(again == start, "{what}");
+        assert!(outcome.residual.absolute == residual(&problem, &start).absolute, "{what}");
+        // not where more is asked for than it has
+        let mut better = start.clone();
+        let outcome = solve(1e-12 * FALL, &mut better);
+        assert!(outcome.stop == Stop::Converged && outcome.iterations > 0, "{what}");
+    }
+}
+
 /// In matrix form, from the answer on bodies, which the interior point has found.
 fn a_matrix_a_step_later_takes_at_most_four_factorisations<S: Space>() {
     let mut random = Random::new(92);
@@ -138,6 +159,7 @@ fn a_far_start_leads_to_a_certified_answer<S: Space>() {
 }
 
 in_both_spaces! {
+    a_start_that_solves_is_the_answer;
     memory_of_other_solves_changes_no_bit;
     a_structure_a_step_later_takes_at_most_four_factorisations;
     a_far_start_leads_to_a_certified_answer;
