@@ -210,6 +210,26 @@ impl<S: Wide> Records<S> {
     }
 }
 
+#[cfg(test)]
+impl<S: Wide> Records<S> {
+    /// The same records in another order.
+    pub fn in_order(&self, order: &[u32]) -> Self {
+        let pick = |list: &Vec<Eight>| match list.is_empty() {
+            true => Vec::new(),
+            false => order.iter().map(|k| list[*k as usize]).collect(),
+        };
+        Records {
+            motion: pick(&self.motion),
+            moved: pick(&self.moved),
+            before: pick(&self.before),
+            inertia: pick(&self.inertia),
+            load: pick(&self.load),
+            start: pick(&self.start),
+            ..Records::default()
+        }
+    }
+}
+
 impl<S: Wide> Table<'_, S> {
     /// Means of the velocities at the step's start and now, of eight bodies.
     #[inline(always)]

@@ -7,6 +7,7 @@
 mod bodies;
 mod books;
 mod colours;
+mod groups;
 mod lead;
 mod pack;
 mod patch;

@@ -1,7 +1,8 @@
-//! What is done in a step, stage by stage: packs of a colour are cut into chunks that workers take in any order; colours of
-//! few packs and hubs' packs go one after another in one chunk, which is what anybody's order gives.
+//! What is done in a step: groups go through all of it one after another, or side by side where there are workers. A group that
+//! is a large part of the whole is shared stage by stage: packs of a colour are cut into chunks that workers take in any order;
+//! colours of few packs and hubs' packs go one after another in one chunk, which is what anybody's order gives.
 
-use super::colours::Colours;
+use super::colours::{Colours, Lists};
 use super::solver::SoftChoice;
 use super::sweep::Sweep;
 use carom_math::Workers;
@@ -14,8 +15,11 @@ const PACKS: usize = 16;
 /// Records that a worker takes at a time.
 const RECORDS: usize = 512;
 
-/// Packs below which a step is not worth waking anybody.
+/// Packs below which a group's stages are not worth waking anybody.
 const WORTH_IT: usize = 96;
+
+/// A group is shared where it is more of all packs than one in so many for each worker.
+const PARTS: usize = 4;
 
 /// What is done in a stage.
 #[derive(Clone, Copy, Debug)]
@@ -48,121 +52,200 @@ pub enum Task {
     Book,
 }
 
+/// Whom a task is for.
+enum Over {
+    /// Packs, which do not ask each other.
+    Packs,
+    /// Packs colour by colour, which see what those of the colours before did.
+    Colours,
+    Records,
+    /// Everything, in one turn.
+    All,
+}
+
+impl Task {
+    fn over(self) -> Over {
+        match self {
+            Task::Pack | Task::Approach | Task::BeginToLead | Task::Lead | Task::Compress | Task::Book => {
+                Over::Packs
+            }
+            Task::Prepare | Task::Sweep(..) | Task::Bounce => Over::Colours,
+            Task::Accelerate(_) | Task::MoveOn | Task::BeginToLeadBodies | Task::LeadBodies => Over::Records,
+            Task::Weigh => Over::All,
+        }
+    }
+}
+
+/// Packs that a worker takes at a time.
+#[derive(Clone, Debug)]
+pub struct Chunk {
+    pub packs: Range<usize>,
+    /// So many of them come first, and have obstacles in them.
+    pub with_obstacles: usize,
+}
+
+/// A group's packs, the end of those that have obstacles, and its records.
+#[derive(Clone, Debug)]
+pub struct Share {
+    pub packs: Range<usize>,
+    pub with_obstacles: usize,
+    pub records: Range<usize>,
+}
+
+impl Share {
+    fn chunk(&self, packs: Range<usize>) -> Chunk {
+        let with_obstacles = self.with_obstacles.clamp(packs.start, packs.end) - packs.start;
+        Chunk { packs, with_obstacles }
+    }
+}
+
+/// A task of a group that is shared, its first chunk, and the group's records; without a task all of a step, of all groups that are
+/// not shared, a chunk each.
+struct Stage {
+    task: Option<Task>,
+    first: usize,
+    records: Range<usize>,
+}
+
 /// The stages of a step.
 #[derive(Default)]
 pub struct Plan {
-    /// Packs by chunk.
-    pub chunks: Vec<Range<usize>>,
-    /// Chunks of packs that may be worked on at once, in the order that they are swept in.
-    colours: Vec<Range<usize>>,
-    /// Each stage's task, and its first chunk of packs.
-    pub stages: Vec<(Task, usize)>,
+    /// What is done with a group, in its order.
+    tasks: Vec<Task>,
+    /// Packs by chunk, in their order.
+    pub chunks: Vec<Chunk>,
+    /// Chunk and records of each group that is not shared.
+    wholes: Vec<(usize, Range<usize>)>,
+    stages: Vec<Stage>,
     /// How many chunks each stage has.
     pub counts: Vec<u32>,
-    /// Records of a chunk.
-    pub records: usize,
 }
 
 impl Plan {
-    /// Plans a step over packs of these colours.
+    /// Plans a step over groups.
     pub fn make(
         &mut self,
-        colours: &Colours,
-        (packs, records): (usize, usize),
+        (colours, groups): (&Colours, &[Share]),
         (bounces, choice): (bool, &SoftChoice),
         workers: &Workers,
     ) {
-        self.cut(colours, packs, workers);
-        self.records = if self.chunks.len() > 1 { RECORDS } else { records.max(1) };
-        let of_records = (records as u32).div_ceil(self.records as u32);
+        self.order(bounces, choice);
+        self.chunks.clear();
+        self.wholes.clear();
         self.stages.clear();
         self.counts.clear();
-        self.at_once(Task::Pack);
-        if bounces {
-            self.at_once(Task::Approach);
+        let all: usize = groups.iter().map(|group| group.packs.len()).sum();
+        for (group, lists) in groups.iter().zip(&colours.groups) {
+            let packs = group.packs.len();
+            if workers.is_alone() || packs < WORTH_IT || PARTS * workers.count() * packs <= all {
+                self.wholes.push((self.chunks.len(), group.records.clone()));
+                self.chunks.push(group.chunk(group.packs.clone()));
+            } else {
+                self.share(group, &colours.starts, lists);
+            }
         }
-        self.by_colour(Task::Prepare);
+        if !self.wholes.is_empty() {
+            self.stages.insert(0, Stage { task: None, first: 0, records: 0..0 });
+            self.counts.insert(0, self.wholes.len() as u32);
+        }
+    }
+
+    /// The tasks of a step.
+    fn order(&mut self, bounces: bool, choice: &SoftChoice) {
+        self.tasks.clear();
+        self.tasks.push(Task::Pack);
+        if bounces {
+            self.tasks.push(Task::Approach);
+        }
+        self.tasks.push(Task::Prepare);
         for substep in 0..choice.substeps {
-            self.stage(Task::Accelerate(substep), 0, of_records);
-            self.sweeps(choice, [Sweep::Springs; 2], of_records);
-            self.stage(Task::MoveOn, 0, of_records);
+            self.tasks.push(Task::Accelerate(substep));
+            self.sweeps(choice, [Sweep::Springs; 2]);
+            self.tasks.push(Task::MoveOn);
             let last = if substep + 1 == choice.substeps { Sweep::Last } else { Sweep::Relaxing };
-            self.sweeps(choice, [Sweep::Easing, last], of_records);
+            self.sweeps(choice, [Sweep::Easing, last]);
         }
         if bounces {
-            self.at_once(Task::Compress);
-            self.by_colour(Task::Bounce);
+            self.tasks.extend([Task::Compress, Task::Bounce]);
         }
-        self.at_once(Task::Book);
+        self.tasks.push(Task::Book);
     }
 
     /// A row of sweeps, the last of the second kind; a single one where contacts are springs.
-    fn sweeps(&mut self, choice: &SoftChoice, [kind, last]: [Sweep; 2], of_records: u32) {
+    fn sweeps(&mut self, choice: &SoftChoice, [kind, last]: [Sweep; 2]) {
         let (count, led) = choice.rigid.map_or((1, false), |rigid| (rigid.sweeps, rigid.accelerated));
         if led && count > 1 {
-            self.at_once(Task::BeginToLead);
-            self.stage(Task::BeginToLeadBodies, 0, of_records);
+            self.tasks.extend([Task::BeginToLead, Task::BeginToLeadBodies]);
         }
         for _ in 1..count {
-            self.by_colour(Task::Sweep(kind, led));
+            self.tasks.push(Task::Sweep(kind, led));
             if led {
-                self.stage(Task::Weigh, 0, 1);
-                self.at_once(Task::Lead);
-                self.stage(Task::LeadBodies, 0, of_records);
+                self.tasks.extend([Task::Weigh, Task::Lead, Task::LeadBodies]);
             }
         }
-        self.by_colour(Task::Sweep(last, false));
+        self.tasks.push(Task::Sweep(last, false));
     }
 
-    /// Cuts packs into chunks, and chunks into those that may be worked on at once.
-    fn cut(&mut self, colours: &Colours, packs: usize, workers: &Workers) {
-        self.chunks.clear();
-        self.colours.clear();
-        if workers.is_alone() || packs < WORTH_IT {
-            self.chunks.push(0..packs);
-            self.colours.push(0..1);
-            return;
+    /// Stages of a group whose lists begin there.
+    fn share(&mut self, group: &Share, starts: &[usize], lists: &Lists) {
+        let begun = self.chunks.len();
+        let colours = self.cut(group, starts, lists);
+        for k in 0..self.tasks.len() {
+            let task = self.tasks[k];
+            match task.over() {
+                Over::Packs => self.stage(task, group, begun..self.chunks.len()),
+                Over::Colours => colours.iter().for_each(|chunks| self.stage(task, group, chunks.clone())),
+                Over::Records => self.stage(task, group, 0..group.records.len().div_ceil(RECORDS)),
+                Over::All => self.stage(task, group, 0..1),
+            }
         }
-        let (mut first, mut row) = (0, 0..0);
-        for (list, ends) in colours.starts.windows(2).enumerate() {
-            let packs = first..first + (ends[1] - ends[0]).div_ceil(WIDTH);
+    }
+
+    fn stage(&mut self, task: Task, group: &Share, chunks: Range<usize>) {
+        self.stages.push(Stage { task: Some(task), first: chunks.start, records: group.records.clone() });
+        self.counts.push(chunks.len() as u32);
+    }
+
+    /// Cuts a group's packs into chunks, and tells those that may be worked on at once, in the order that they are swept in.
+    fn cut(&mut self, group: &Share, starts: &[usize], lists: &Lists) -> Vec<Range<usize>> {
+        let mut colours = Vec::new();
+        let (mut first, mut row) = (group.packs.start, group.packs.start..group.packs.start);
+        for list in lists.all.clone() {
+            let packs = first..first + (starts[list + 1] - starts[list]).div_ceil(WIDTH);
             first = packs.end;
-            if packs.len() <= PACKS || list >= colours.alone {
+            if packs.len() <= PACKS || list >= lists.alone {
                 row.end = packs.end;
                 continue;
             }
-            self.in_a_row(row);
+            self.in_a_row(group, row, &mut colours);
             row = packs.end..packs.end;
             let begun = self.chunks.len();
-            self.chunks.extend(packs.clone().step_by(PACKS).map(|k| k..packs.end.min(k + PACKS)));
-            self.colours.push(begun..self.chunks.len());
+            let cut = packs.clone().step_by(PACKS).map(|k| group.chunk(k..packs.end.min(k + PACKS)));
+            self.chunks.extend(cut);
+            colours.push(begun..self.chunks.len());
         }
-        self.in_a_row(row);
+        self.in_a_row(group, row, &mut colours);
+        colours
     }
 
     /// Packs that go one after another.
-    fn in_a_row(&mut self, packs: Range<usize>) {
+    fn in_a_row(&mut self, group: &Share, packs: Range<usize>, colours: &mut Vec<Range<usize>>) {
         if !packs.is_empty() {
-            self.colours.push(self.chunks.len()..self.chunks.len() + 1);
-            self.chunks.push(packs);
+            colours.push(self.chunks.len()..self.chunks.len() + 1);
+            self.chunks.push(group.chunk(packs));
         }
     }
 
-    fn stage(&mut self, task: Task, first: usize, count: u32) {
-        self.stages.push((task, first));
-        self.counts.push(count);
-    }
-
-    /// Packs do not ask each other.
-    fn at_once(&mut self, task: Task) {
-        self.stage(task, 0, self.chunks.len() as u32);
-    }
-
-    /// Packs of a colour see what those of the colours before did.
-    fn by_colour(&mut self, task: Task) {
-        for colour in 0..self.colours.len() {
-            let chunks = self.colours[colour].clone();
-            self.stage(task, chunks.start, chunks.len() as u32);
-        }
+    /// What is done in a turn of a stage: tasks, the chunk of packs of those that are about packs, and records.
+    #[inline]
+    pub fn turn(&self, stage: usize, turn: usize) -> (&[Task], usize, Range<usize>) {
+        let Stage { task, first, records } = &self.stages[stage];
+        let Some(task) = task else {
+            let (chunk, records) = &self.wholes[turn];
+            return (&self.tasks, *chunk, records.clone());
+        };
+        let begun = records.start + turn * RECORDS;
+        let own = begun.min(records.end)..records.end.min(begun + RECORDS);
+        (std::slice::from_ref(task), first + turn, own)
     }
 }

@@ -3,10 +3,11 @@
 use super::bodies::{Records, SoftBody, Table};
 use super::books::book;
 use super::colours::Colours;
+use super::groups::Groups;
 use super::lead::{Beta, Led, begin, lead, lead_bodies};
 use super::pack::{Beside, Pack};
 use super::patch::{Last, Patch, PatchResult, Patches};
-use super::plan::{Plan, Task};
+use super::plan::{self, Plan, Share, Task};
 use super::prepare::{approach, prepare};
 use super::restitution::{bounce, compress};
 use super::sweep::{Spring, Sweep, sweep};
@@ -52,6 +53,7 @@ pub struct Rigid {
 /// Packs, records and colours; memory that lasts from step to step, and nothing that an answer depends on.
 pub struct SoftSolver<S: Wide> {
     records: Records<S>,
+    groups: Groups,
     colours: Colours,
     packs: Vec<Pack<S>>,
     beside: Vec<Beside<S>>,
@@ -61,11 +63,11 @@ pub struct SoftSolver<S: Wide> {
     led: Vec<Led<S>>,
     /// Each pack's patches, as places in the colours' order.
     members: Vec<Range<usize>>,
+    /// Packs and records of each group.
+    shares: Vec<Share>,
     plan: Plan,
     /// The patches while a step lasts.
     patches: Patches<S>,
-    /// Packs up to here have obstacles in them.
-    with_obstacles: usize,
     /// Records before this one are obstacles.
     obstacles: u32,
     /// Pack and lane of each patch.
@@ -76,15 +78,16 @@ impl<S: Wide> Default for SoftSolver<S> {
     fn default() -> Self {
         SoftSolver {
             records: Records::default(),
+            groups: Groups::default(),
             colours: Colours::default(),
             packs: Vec::new(),
             beside: Vec::new(),
             last: Vec::new(),
             led: Vec::new(),
             members: Vec::new(),
+            shares: Vec::new(),
             plan: Plan::default(),
             patches: Patches::default(),
-            with_obstacles: 0,
             obstacles: 1,
             places: Vec::new(),
         }
@@ -104,9 +107,11 @@ pub struct Told {
     pub worst: Option<(u32, u32)>,
 }
 
-/// Packs of a chunk, what is beside them, what they gave last, what leads them on, and the place of the first.
+/// Packs of a chunk, what is beside them, what they gave last, what leads them on, the place of the first, and how many have
+/// obstacles in them.
 struct Chunk<'a, S: Wide> {
     first: usize,
+    with_obstacles: usize,
     packs: &'a mut [Pack<S>],
     besides: &'a mut [Beside<S>],
     lasts: &'a mut [[Eight; WIDTH]],
@@ -116,14 +121,11 @@ struct Chunk<'a, S: Wide> {
 /// A step while workers share it.
 struct Steps<'a, S: Wide> {
     table: Table<'a, S>,
-    /// Records of all bodies.
-    records: usize,
     chunks: Vec<Mutex<Chunk<'a, S>>>,
     plan: &'a Plan,
     members: &'a [Range<usize>],
     order: &'a [u32],
     patches: &'a Patches<S>,
-    with_obstacles: usize,
     choice: SoftChoice,
     beta: Beta,
 }
@@ -150,9 +152,18 @@ fn steps_in_space(solver: &mut SoftSolver<Spatial>, choice: &SoftChoice, workers
 }
 
 impl<S: Wide> SoftSolver<S> {
-    /// Forgets bodies and patches.
-    pub fn begin(&mut self) {
+    /// Forgets bodies, for as many as patches between these join: records, the obstacle at rest among them, in the order that bodies
+    /// come in, of which the first are obstacles. Tells the record that each of them takes instead, and writes it into the pairs;
+    /// nothing where all keep theirs.
+    pub fn begin(
+        &mut self,
+        pairs: &mut [(u32, u32)],
+        (records, obstacles): (usize, u32),
+        choice: &SoftChoice,
+    ) -> &[u32] {
         self.records.begin();
+        let led = choice.rigid.is_some_and(|rigid| rigid.accelerated);
+        self.groups.find(pairs, records, obstacles == 1 && !led)
     }
 
     /// Adds a body and returns its record; 0 is the obstacle at rest.
@@ -180,67 +191,72 @@ impl<S: Wide> SoftSolver<S> {
         std::mem::swap(&mut self.patches, patches);
     }
 
-    /// Sorts patches into packs by colour, and plans the step.
+    /// Sorts patches into packs by group and colour, and plans the step.
     fn sort(&mut self, obstacles: u32, choice: &SoftChoice, workers: &Workers) {
-        let records = self.records.motion.len();
         self.obstacles = obstacles;
-        let (pairs, fixed) = (self.patches.pairs.as_slice(), |record: u32| record < obstacles);
-        self.colours.paint(records, pairs, fixed);
-        debug_assert!(self.colours.are_apart(pairs, fixed), "workers would share a body");
-        self.members.clear();
-        self.places.clear();
-        self.places.resize(self.patches.len(), (0, 0));
-        for (list, ends) in self.colours.starts.windows(2).enumerate() {
-            if list == self.colours.with_obstacles {
-                self.with_obstacles = self.members.len();
-            }
-            for first in (ends[0]..ends[1]).step_by(WIDTH) {
-                let eight = first..ends[1].min(first + WIDTH);
-                for (lane, &k) in self.colours.order[eight.clone()].iter().enumerate() {
-                    self.places[k as usize] = (self.members.len() as u32, lane as u8);
-                }
-                self.members.push(eight);
-            }
-        }
-        if self.colours.with_obstacles + 1 == self.colours.starts.len() {
-            self.with_obstacles = self.members.len();
+        if self.colours.paint(&self.groups, &self.patches.pairs, obstacles) {
+            debug_assert!(self.colours.are_apart(), "workers would share a body");
+            self.put_side_by_side();
         }
         let (pack, beside) = Pack::empty();
         self.packs.resize(self.members.len(), pack);
         self.beside.resize(self.members.len(), beside);
         self.last.resize(self.members.len(), Default::default());
         let bounces = self.patches.rare.iter().any(|rare| rare.restitution > 0.0);
-        let counts = (self.members.len(), records);
-        self.plan.make(&self.colours, counts, (bounces, choice), workers);
+        self.plan.make((&self.colours, &self.shares), (bounces, choice), workers);
         let leads = choice.rigid.is_some_and(|rigid| rigid.accelerated);
         self.led.resize(if leads { self.members.len() } else { 0 }, Led::none());
         self.records.make_room_to_lead(leads);
     }
 
+    /// Eight patches of a colour to a pack.
+    fn put_side_by_side(&mut self) {
+        self.members.clear();
+        self.shares.clear();
+        self.places.clear();
+        self.places.resize(self.patches.len(), (0, 0));
+        for (lists, records) in self.colours.groups.iter().zip(self.groups.records()) {
+            let first = self.members.len();
+            let mut with_obstacles = first;
+            for list in lists.all.clone() {
+                let ends = &self.colours.starts[list..list + 2];
+                for first in (ends[0]..ends[1]).step_by(WIDTH) {
+                    let eight = first..ends[1].min(first + WIDTH);
+                    for (lane, &k) in self.colours.order[eight.clone()].iter().enumerate() {
+                        self.places[k as usize] = (self.members.len() as u32, lane as u8);
+                    }
+                    self.members.push(eight);
+                }
+                if list < lists.with_obstacles {
+                    with_obstacles = self.members.len();
+                }
+            }
+            self.shares.push(Share { packs: first..self.members.len(), with_obstacles, records });
+        }
+    }
+
     /// Shares the stages of a step among workers.
     fn share(&mut self, choice: &SoftChoice, workers: &Workers, take: impl Fn(Part<'_, '_, S>) + Sync) {
-        let records = self.records.motion.len();
         let (mut packs, mut besides) = (self.packs.as_mut_slice(), self.beside.as_mut_slice());
         let (mut lasts, mut leds) = (self.last.as_mut_slice(), self.led.as_mut_slice());
         let mut chunks = Vec::with_capacity(self.plan.chunks.len());
-        for range in &self.plan.chunks {
+        for plan::Chunk { packs: range, with_obstacles } in &self.plan.chunks {
             let (these, beside, last, led);
             (these, packs) = packs.split_at_mut(range.len());
             (beside, besides) = besides.split_at_mut(range.len());
             (last, lasts) = lasts.split_at_mut(range.len());
             (led, leds) = leds.split_at_mut(range.len().min(leds.len()));
-            let first = range.start;
-            chunks.push(Mutex::new(Chunk { first, packs: these, besides: beside, lasts: last, led }));
+            let (first, with_obstacles) = (range.start, *with_obstacles);
+            let chunk = Chunk { first, with_obstacles, packs: these, besides: beside, lasts: last, led };
+            chunks.push(Mutex::new(chunk));
         }
         let steps = Steps {
             table: self.records.table(self.obstacles),
-            records,
             chunks,
             plan: &self.plan,
             members: &self.members,
             order: &self.colours.order,
             patches: &self.patches,
-            with_obstacles: self.with_obstacles,
             choice: *choice,
             beta: Beta::default(),
         };
@@ -302,87 +318,87 @@ impl<S: Wide> Steps<'_, S> {
         let rigid = spring.relaxing();
         let table = &self.table;
         for (stage, turn) in turns {
-            let (task, begun) = self.plan.stages[stage];
-            let size = self.plan.records;
-            let records = turn * size..self.records.min((turn + 1) * size);
-            match task {
-                Task::Accelerate(substep) => {
-                    table.accelerate(lanes, records, substep);
-                    continue;
-                }
-                Task::MoveOn => {
-                    table.move_on(lanes, records, h);
-                    continue;
-                }
-                Task::LeadBodies | Task::BeginToLeadBodies => {
-                    let begins = matches!(task, Task::BeginToLeadBodies);
-                    lead_bodies(lanes, table, records, (self.beta.get(), begins));
-                    continue;
-                }
-                Task::Weigh => {
-                    self.weigh();
-                    continue;
-                }
-                _ => {}
-            }
-            let mut chunk = self.chunks[begun + turn].lock().unwrap_or_else(PoisonError::into_inner);
-            let Chunk { first, packs, besides, lasts, led } = &mut *chunk;
-            let packs = packs.iter_mut().zip(besides.iter_mut());
-            // loops and no closures: a closure that is not inlined has no registers
-            match task {
-                Task::Accelerate(_)
-                | Task::MoveOn
-                | Task::Weigh
-                | Task::LeadBodies
-                | Task::BeginToLeadBodies => {}
-                Task::Pack => self.pack(lanes, *first, packs),
-                Task::Approach => {
-                    for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
-                        approach(lanes, pack, beside, table);
+            let (tasks, chunk, records) = self.plan.turn(stage, turn);
+            for task in tasks {
+                match task {
+                    Task::Accelerate(substep) => {
+                        table.accelerate(lanes, records.clone(), *substep);
+                        continue;
                     }
-                }
-                Task::Prepare => {
-                    for (pack, beside) in packs {
-                        prepare(lanes, pack, beside, table);
+                    Task::MoveOn => {
+                        table.move_on(lanes, records.clone(), h);
+                        continue;
                     }
-                }
-                Task::Sweep(Sweep::Springs, led) => {
-                    for (k, (pack, beside)) in packs.enumerate() {
-                        let spring = if *first + k < self.with_obstacles { &stiffer } else { &spring };
-                        sweep(lanes, pack, beside, table, spring, (Sweep::Springs, led));
+                    Task::LeadBodies | Task::BeginToLeadBodies => {
+                        let begins = matches!(task, Task::BeginToLeadBodies);
+                        lead_bodies(lanes, table, records.clone(), (self.beta.get(), begins));
+                        continue;
                     }
-                }
-                Task::Sweep(kind, led) => {
-                    for (pack, beside) in packs {
-                        sweep(lanes, pack, beside, table, &rigid, (kind, led));
+                    Task::Weigh => {
+                        self.weigh();
+                        continue;
                     }
+                    _ => {}
                 }
-                Task::BeginToLead => {
-                    self.beta.forget();
-                    for ((pack, beside), led) in packs.zip(led.iter_mut()) {
-                        begin(pack, beside, led);
+                let mut chunk = self.chunks[chunk].lock().unwrap_or_else(PoisonError::into_inner);
+                let Chunk { first, with_obstacles, packs, besides, lasts, led } = &mut *chunk;
+                let packs = packs.iter_mut().zip(besides.iter_mut());
+                // loops and no closures: a closure that is not inlined has no registers
+                match *task {
+                    Task::Accelerate(_)
+                    | Task::MoveOn
+                    | Task::Weigh
+                    | Task::LeadBodies
+                    | Task::BeginToLeadBodies => {}
+                    Task::Pack => self.pack(lanes, *first, packs),
+                    Task::Approach => {
+                        for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
+                            approach(lanes, pack, beside, table);
+                        }
                     }
-                }
-                Task::Lead => {
-                    let beta = self.beta.get();
-                    for ((pack, beside), led) in packs.zip(led.iter_mut()) {
-                        lead(lanes, pack, beside, led, beta);
+                    Task::Prepare => {
+                        for (pack, beside) in packs {
+                            prepare(lanes, pack, beside, table);
+                        }
                     }
-                }
-                Task::Compress => {
-                    for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
-                        compress(lanes, pack, beside, table);
+                    Task::Sweep(Sweep::Springs, led) => {
+                        for (k, (pack, beside)) in packs.enumerate() {
+                            let spring = if k < *with_obstacles { &stiffer } else { &spring };
+                            sweep(lanes, pack, beside, table, spring, (Sweep::Springs, led));
+                        }
                     }
-                }
-                Task::Bounce => {
-                    for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
-                        bounce(lanes, pack, beside, table, rest_speed);
+                    Task::Sweep(kind, led) => {
+                        for (pack, beside) in packs {
+                            sweep(lanes, pack, beside, table, &rigid, (kind, led));
+                        }
                     }
-                }
-                Task::Book => {
-                    for ((pack, beside), last) in packs.zip(lasts.iter_mut()) {
-                        book(lanes, pack, beside, table);
-                        *last = pack.last(lanes);
+                    Task::BeginToLead => {
+                        self.beta.forget();
+                        for ((pack, beside), led) in packs.zip(led.iter_mut()) {
+                            begin(pack, beside, led);
+                        }
+                    }
+                    Task::Lead => {
+                        let beta = self.beta.get();
+                        for ((pack, beside), led) in packs.zip(led.iter_mut()) {
+                            lead(lanes, pack, beside, led, beta);
+                        }
+                    }
+                    Task::Compress => {
+                        for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
+                            compress(lanes, pack, beside, table);
+                        }
+                    }
+                    Task::Bounce => {
+                        for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
+                            bounce(lanes, pack, beside, table, rest_speed);
+                        }
+                    }
+                    Task::Book => {
+                        for ((pack, beside), last) in packs.zip(lasts.iter_mut()) {
+                            book(lanes, pack, beside, table);
+                            *last = pack.last(lanes);
+                        }
                     }
                 }
             }
@@ -435,7 +451,15 @@ mod tests {
     use super::super::patch::Rare;
     use super::*;
     use carom_math::Several;
-    use carom_math::lanes::Portable;
+    use carom_math::lanes::{Portable, in_fours};
+
+    /// What a step is taken in.
+    #[derive(Clone, Copy)]
+    enum Registers {
+        None,
+        OfFour,
+        Widest,
+    }
 
     /// Numbers in -1 to 1 that look random.
     struct Dice(u32);
@@ -456,7 +480,7 @@ mod tests {
 
     fn chain<S: Wide>(dice: &mut Dice, bodies: u32) -> SoftSolver<S> {
         let mut solver = SoftSolver::default();
-        solver.begin();
+        solver.records.begin();
         for k in 0..bodies {
             let mut inverse_inertia = S::Inertias::all(0.0);
             for (k, x) in inverse_inertia.slice_mut().iter_mut().enumerate() {
@@ -502,7 +526,63 @@ mod tests {
             let b = if k % 10 == 0 { 1 } else { record.saturating_sub(1 + k % 3) };
             solver.patches.pairs.push((record, b));
         }
+        solver.groups.make_one(solver.records.motion.len());
         solver
+    }
+
+    /// Many columns of five bodies each on the obstacle at rest, in groups of some of them or all together; the place of each record.
+    fn columns<S: Wide>(bodies: u32, choice: &SoftChoice, size: usize) -> (SoftSolver<S>, Vec<u32>) {
+        let mut solver = chain::<S>(&mut Dice(11), bodies);
+        for (a, b) in &mut solver.patches.pairs {
+            // of every column the bodies are far from each other
+            let below = a.saturating_sub(bodies / 5);
+            *b = below;
+        }
+        let mut pairs = std::mem::take(&mut solver.patches.pairs);
+        let given = std::mem::take(&mut solver.records);
+        solver.groups = Groups::of_size(size);
+        let places = solver.begin(&mut pairs, (given.motion.len(), 1), choice).to_vec();
+        let mut order: Vec<u32> = (0..given.motion.len() as u32).collect();
+        order.sort_by_key(|record| places.get(*record as usize).copied().unwrap_or(*record));
+        solver.records = given.in_order(&order);
+        solver.patches.pairs = pairs;
+        (solver, places)
+    }
+
+    fn groups_change_no_bit<S: Wide>() {
+        let choice = choice(None);
+        let run = |size: usize, threads: usize| {
+            let workers = Workers::new(threads).unwrap();
+            let (mut solver, places) = columns::<S>(3000, &choice, size);
+            solver.sort(1, &choice, &workers);
+            solver.share(&choice, &workers, |part| dispatch(part));
+            let place = |record: u32| places.get(record as usize).copied().unwrap_or(record);
+            let bits = |record: u32| {
+                let (v, w) = solver.motion(place(record));
+                let (by, turn) = solver.moved(place(record));
+                let all = [v.slice(), w.slice(), by.slice(), turn.slice()].concat();
+                all.into_iter().map(f32::to_bits).collect::<Vec<_>>()
+            };
+            let all: Vec<_> = (0..=3000).map(bits).collect();
+            (all, solver.shares.len())
+        };
+        let (one, groups) = run(usize::MAX / 8, 1);
+        assert_eq!(groups, 1);
+        for (size, threads) in [(8, 1), (40, 3), (600, 1), (1200, 2)] {
+            let (all, groups) = run(size, threads);
+            assert!(groups > 1, "{groups} groups");
+            assert!(all == one, "in groups of {size}, on {threads} threads");
+        }
+    }
+
+    #[test]
+    fn groups_change_no_bit_in_the_plane() {
+        groups_change_no_bit::<Planar>();
+    }
+
+    #[test]
+    fn groups_change_no_bit_in_space() {
+        groups_change_no_bit::<Spatial>();
     }
 
     fn bits<S: Wide>(solver: &SoftSolver<S>) -> Vec<u32> {
@@ -518,8 +598,8 @@ mod tests {
         they_agree::<S>(None);
     }
 
-    fn they_agree<S: Wide>(rigid: Option<Rigid>) {
-        let choice = SoftChoice {
+    fn choice(rigid: Option<Rigid>) -> SoftChoice {
+        SoftChoice {
             substeps: 4,
             h: 1.0 / 240.0,
             hertz: 30.0,
@@ -527,24 +607,32 @@ mod tests {
             push_speed: 3.0,
             rest_speed: 0.1,
             rigid,
-        };
-        let run = |portable: bool, bodies: u32, threads: usize| {
+        }
+    }
+
+    fn they_agree<S: Wide>(rigid: Option<Rigid>) {
+        let choice = choice(rigid);
+        let run = |registers: Registers, bodies: u32, threads: usize| {
             let workers = Workers::new(threads).unwrap();
             let mut solver = chain::<S>(&mut Dice(7), bodies);
             solver.sort(2, &choice, &workers);
-            if portable {
-                solver.share(&choice, &workers, |part| Portable.run(part));
-            } else {
-                solver.share(&choice, &workers, |part| dispatch(part));
+            match registers {
+                Registers::None => solver.share(&choice, &workers, |part| Portable.run(part)),
+                Registers::OfFour => solver.share(&choice, &workers, |part| in_fours(part)),
+                Registers::Widest => solver.share(&choice, &workers, |part| dispatch(part)),
             }
             solver
         };
-        let (one, other) = (run(true, 40, 1), run(false, 40, 1));
-        assert!(bits(&one) == bits(&other));
-        let alone = run(false, 3000, 1);
+        let one = run(Registers::None, 40, 1);
+        for registers in [Registers::OfFour, Registers::Widest] {
+            assert!(bits(&one) == bits(&run(registers, 40, 1)));
+        }
+        let alone = run(Registers::Widest, 3000, 1);
         assert!(alone.plan.chunks.len() == 1);
-        for threads in [2, 3, 8, 32] {
-            let shared = run(threads == 8, 3000, threads);
+        for (threads, registers) in
+            [(2, Registers::Widest), (3, Registers::OfFour), (8, Registers::None), (32, Registers::Widest)]
+        {
+            let shared = run(registers, 3000, threads);
             assert!(shared.plan.counts.iter().any(|n| *n > 4));
             assert!(bits(&shared) == bits(&alone), "{threads} workers");
         }

@@ -68,8 +68,9 @@ pub struct SoftStep<S: Geometry> {
     /// Record of each body: 0 for obstacles at rest, `u32::MAX` for bodies that touch nothing. Those of fixed bodies may be
     /// of an earlier step.
     record_of: Vec<u32>,
-    /// Body of each record.
+    /// Body of each record, and room for the order that bodies come in.
     body_of: Vec<u32>,
+    given_order: Vec<u32>,
     /// Records before this one are those of obstacles: impulses do not move them.
     obstacles: u32,
     /// Velocities at the step's start, turning as free motion does in the mean.
@@ -114,6 +115,7 @@ impl<S: Geometry> Default for SoftStep<S> {
             touches: OnceLock::new(),
             record_of: Vec::new(),
             body_of: Vec::new(),
+            given_order: Vec::new(),
             obstacles: 0,
             start: Vec::new(),
             after: Vec::new(),

@@ -86,7 +86,31 @@ impl<S: Geometry> SoftStep<S> {
         choice: &SoftChoice,
         workers: &Workers,
     ) {
-        self.solver.begin();
+        self.number(bodies);
+        let record = |i: u32| self.record_of[i as usize];
+        self.patches.pairs.clear();
+        self.patches.pairs.extend(self.met.iter().map(|met| (record(met.a), record(met.b))));
+        self.put_in_groups(choice);
+        let h = step.dt / choice.substeps as f64;
+        let mut records = std::mem::take(&mut self.records);
+        let record = |i: u32| self.record(bodies, i as usize, step, h);
+        match self.body_of.get(1) {
+            Some(i) => records.resize(self.body_of.len() - 1, record(*i)),
+            None => records.clear(),
+        }
+        workers.each(&mut records, BODIES, |first, records| {
+            for (to, i) in records.iter_mut().zip(&self.body_of[first + 1..]) {
+                *to = record(*i);
+            }
+        });
+        for record in &records {
+            self.solver.add(record);
+        }
+        self.records = records;
+    }
+
+    /// Numbers the records of all bodies that touch something.
+    fn number(&mut self, bodies: &Bodies<S>) {
         for i in bodies.movers() {
             self.record_of[*i as usize] = NONE;
         }
@@ -120,25 +144,22 @@ impl<S: Geometry> SoftStep<S> {
                 self.obstacles = self.body_of.len() as u32;
             }
         }
-        let record = |i: u32| self.record_of[i as usize];
-        self.patches.pairs.clear();
-        self.patches.pairs.extend(self.met.iter().map(|met| (record(met.a), record(met.b))));
-        let h = step.dt / choice.substeps as f64;
-        let mut records = std::mem::take(&mut self.records);
-        let record = |i: u32| self.record(bodies, i as usize, step, h);
-        match self.body_of.get(1) {
-            Some(i) => records.resize(self.body_of.len() - 1, record(*i)),
-            None => records.clear(),
+    }
+
+    /// Bodies of a group of islands have their records side by side.
+    fn put_in_groups(&mut self, choice: &SoftChoice) {
+        let asked = (self.body_of.len(), self.obstacles);
+        let places = self.solver.begin(&mut self.patches.pairs, asked, choice);
+        if places.is_empty() {
+            return;
         }
-        workers.each(&mut records, BODIES, |first, records| {
-            for (to, i) in records.iter_mut().zip(&self.body_of[first + 1..]) {
-                *to = record(*i);
-            }
-        });
-        for record in &records {
-            self.solver.add(record);
+        self.given_order.clone_from(&self.body_of);
+        // obstacles keep their records
+        let obstacles = self.obstacles as usize;
+        for (place, i) in places.iter().zip(&self.given_order).skip(obstacles) {
+            self.body_of[*place as usize] = *i;
+            self.record_of[*i as usize] = *place;
         }
-        self.records = records;
     }
 
     /// A body as the lanes see it, with its loads over a substep of length `h`.
