@@ -42,7 +42,7 @@ pub struct ExactContacts<S: Space> {
 const SHARE: f64 = 0.3;
 /// What is left of the tolerance by impulses that are taken as they are given, at most: far within what the stages' own measure
 /// takes too, which is another by a small factor, so that nobody's way depends on who judged them.
-const AS_GIVEN: f64 = 1e-3;
+const AS_GIVEN: f64 = 0.01;
 /// Attempts to bring the residual below the tolerance.
 const ATTEMPTS: i32 = 3;
 
