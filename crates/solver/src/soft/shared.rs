@@ -9,7 +9,8 @@ pub struct Shared<'a, T>(&'a [Cell<T>]);
 // SAFETY. A `Cell` is not `Sync` because two threads may write one item at once, or one read what another writes. Here none
 // does: in a stage of the solver an item is written in one chunk at most, and read in no other chunk then. For packs that is
 // the invariant of colours (two patches of a colour share no body that moves, and `Table::scatter` writes no others);
-// `SoftSolver::pack` checks it in debug builds for every step. Stages over records cut the list itself. Between stages
+// `SoftSolver::sort` checks it in debug builds for every step. Stages over records cut the list itself. Groups of islands share
+// the record of the obstacle at rest alone, which `Groups` gives to none of several, so that nobody writes it. Between stages
 // `Workers::stages` orders what was written before what is read.
 #[allow(unsafe_code)]
 unsafe impl<T: Copy + Send> Sync for Shared<'_, T> {}

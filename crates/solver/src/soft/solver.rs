@@ -1,4 +1,5 @@
-//! The loop over substeps: loads and warm start, springs, poses, relaxing; then restitution.
+//! The loop over substeps: loads and warm start, springs, poses, relaxing; then restitution. Long because a third of it are tests
+//! that hold the bits of the whole loop, in all registers, on any number of workers, in groups of any size.
 
 use super::bodies::{Records, SoftBody, Table};
 use super::books::book;
