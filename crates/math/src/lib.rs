@@ -16,7 +16,7 @@ pub use pose::Pose;
 pub use rotation::{Quaternion, Rotation, Turn};
 pub use space::{Planar, Space, Spatial};
 pub use tuple::{Column, Tuple, Vec1, Vec2, Vec3, vec1, vec2, vec3};
-pub use wide::{Several, Wide};
+pub use wide::{Number, Precise, Several, Wide};
 pub use workers::Workers;
 
 /// The exponential function with the same bits on every machine.

@@ -1,7 +1,9 @@
 //! Rotations: q = [c, s] in the plane, a unit quaternion [w, x, y, z] in space (theory chapter 1).
 //! Sine, cosine and arc tangent come from `libm`, so that every machine turns by the same bits.
 
-use crate::tuple::{Vec1, Vec2, Vec3, vec1, vec2, vec3};
+use crate::space::{Planar, Spatial};
+use crate::tuple::{Tuple, Vec1, Vec2, Vec3, vec1, vec3};
+use crate::wide::Wide;
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 
@@ -27,11 +29,6 @@ pub trait Rotation<Vector, Spin>:
     fn then(&self, next: &Self) -> Self;
     /// The inverse rotation.
     fn inverse(&self) -> Self;
-    /// The rotation that leads here from one given by its numbers, which are taken for those of a rotation; `None` for a
-    /// wrong count. Unit length is not restored.
-    fn since(&self, before: &[f64]) -> Option<Self>;
-    /// The same rotation as seen from a frame that was turned by another, R_f^T R. Unit length is not restored.
-    fn within(&self, frame: &Self) -> Self;
     /// The rotation by angle |s| about the axis s (the exponential map), exact to rounding.
     fn about(s: Spin) -> Self;
     /// The rotation by 2 atan(|s|/2) about s: Cayley's rational form of the exponential map.
@@ -93,18 +90,15 @@ impl Rotation<Vec2, Vec1> for Turn {
     const IDENTITY: Self = Turn([1.0, 0.0]);
     #[inline]
     fn rotate(&self, r: Vec2) -> Vec2 {
-        let ([c, s], [x, y]) = (self.0, r.0);
-        vec2(c * x - s * y, s * x + c * y)
+        Tuple(Planar::rotated(&self.0, &r.0))
     }
     #[inline]
     fn unrotate(&self, r: Vec2) -> Vec2 {
-        let ([c, s], [x, y]) = (self.0, r.0);
-        vec2(c * x + s * y, c * y - s * x)
+        self.inverse().rotate(r)
     }
     #[inline]
     fn swing(&self, r: Vec2) -> Vec2 {
-        let ([c, s], [x, y]) = (self.0, r.0);
-        vec2((c - 1.0) * x - s * y, s * x + (c - 1.0) * y)
+        Tuple(Planar::swung(&self.0, &r.0))
     }
     fn rotate_spin(&self, s: Vec1) -> Vec1 {
         s
@@ -113,8 +107,7 @@ impl Rotation<Vec2, Vec1> for Turn {
         s
     }
     fn then(&self, next: &Self) -> Self {
-        let ([c, s], [a, b]) = (self.0, next.0);
-        let [a, b] = [a * c - b * s, b * c + a * s];
+        let [a, b] = Planar::product(&next.0, &self.0);
         match to_unit(a * a + b * b) {
             Some(k) => Turn([a * k, b * k]),
             None => Turn([a, b]).renormalized().unwrap_or(Turn([a, b])),
@@ -122,17 +115,7 @@ impl Rotation<Vec2, Vec1> for Turn {
     }
     #[inline]
     fn inverse(&self) -> Self {
-        Turn([self.0[0], -self.0[1]])
-    }
-    #[inline]
-    fn since(&self, before: &[f64]) -> Option<Self> {
-        let ([c, s], &[a, b]) = (self.0, before) else { return None };
-        Some(Turn([a * c + b * s, a * s - b * c]))
-    }
-    #[inline]
-    fn within(&self, frame: &Self) -> Self {
-        let ([c, s], [a, b]) = (self.0, frame.0);
-        Turn([a * c + b * s, a * s - b * c])
+        Turn(Planar::back(&self.0))
     }
     fn about(s: Vec1) -> Self {
         Turn::from_angle(s.0[0])
@@ -212,13 +195,7 @@ impl Quaternion {
     /// Hamilton product self * other, without renormalisation.
     #[inline]
     pub fn product(&self, o: &Self) -> Self {
-        let ([w, x, y, z], [a, b, c, d]) = (self.0, o.0);
-        Quaternion([
-            w * a - x * b - y * c - z * d,
-            w * b + x * a + y * d - z * c,
-            w * c - x * d + y * a + z * b,
-            w * d + x * c - y * b + z * a,
-        ])
+        Quaternion(Spatial::product(&self.0, &o.0))
     }
 }
 /// The rotation by an angle that is not slight, of this square \[rad^2\].
@@ -241,10 +218,7 @@ impl Rotation<Vec3, Vec3> for Quaternion {
     const IDENTITY: Self = Quaternion([1.0, 0.0, 0.0, 0.0]);
     #[inline]
     fn rotate(&self, r: Vec3) -> Vec3 {
-        let [w, x, y, z] = self.0;
-        let v = vec3(x, y, z);
-        let t = v.cross(r) * 2.0;
-        r + t * w + v.cross(t)
+        Tuple(Spatial::rotated(&self.0, &r.0))
     }
     #[inline]
     fn unrotate(&self, r: Vec3) -> Vec3 {
@@ -252,10 +226,7 @@ impl Rotation<Vec3, Vec3> for Quaternion {
     }
     #[inline]
     fn swing(&self, r: Vec3) -> Vec3 {
-        let [w, x, y, z] = self.0;
-        let v = vec3(x, y, z);
-        let t = v.cross(r) * 2.0;
-        t * w + v.cross(t)
+        Tuple(Spatial::swung(&self.0, &r.0))
     }
     #[inline]
     fn rotate_spin(&self, s: Vec3) -> Vec3 {
@@ -276,17 +247,7 @@ impl Rotation<Vec3, Vec3> for Quaternion {
     }
     #[inline]
     fn inverse(&self) -> Self {
-        let [w, x, y, z] = self.0;
-        Quaternion([w, -x, -y, -z])
-    }
-    #[inline]
-    fn since(&self, before: &[f64]) -> Option<Self> {
-        let &[w, x, y, z] = before else { return None };
-        Some(self.product(&Quaternion([w, -x, -y, -z])))
-    }
-    #[inline]
-    fn within(&self, frame: &Self) -> Self {
-        frame.inverse().product(self)
+        Quaternion(Spatial::back(&self.0))
     }
     #[inline]
     fn about(s: Vec3) -> Self {

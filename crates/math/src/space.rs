@@ -3,12 +3,13 @@
 
 use crate::inertia::{Inertia, Moment, Sym3};
 use crate::rotation::{Quaternion, Rotation, Turn};
-use crate::tuple::{Column, Vec1, Vec2, Vec3, vec1, vec2, vec3};
+use crate::tuple::{Column, Tuple, Vec1, Vec2, Vec3, vec1, vec2, vec3};
+use crate::wide::Wide;
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 
 /// The plane or space.
-pub trait Space: crate::wide::Wide + Copy + Debug + Default + PartialEq + Send + Sync + 'static {
+pub trait Space: Wide + Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// Positions, velocities, forces: 2 | 3 numbers.
     type Vector: Column;
     /// Angular velocities, torques, angular momenta: 1 | 3 numbers.
@@ -78,7 +79,7 @@ impl Space for Planar {
     }
     #[inline]
     fn tangent(normal: Vec2, _: usize) -> Vec2 {
-        normal.perp()
+        Tuple(Self::tangents(&normal.0)[0])
     }
     fn turned(inertia: &Moment, _: &Turn) -> Moment {
         *inertia
@@ -116,12 +117,8 @@ impl Space for Spatial {
     }
     #[inline]
     fn tangent(normal: Vec3, k: usize) -> Vec3 {
-        // Duff et al. 2017, "Building an orthonormal basis, revisited"
-        let [x, y, z] = normal.0;
-        let sign = if z >= 0.0 { 1.0 } else { -1.0 };
-        let a = -1.0 / (sign + z);
-        let b = x * y * a;
-        if k == 0 { vec3(1.0 + sign * x * x * a, sign * b, -sign * x) } else { vec3(b, sign + y * y * a, -y) }
+        let [first, second] = Self::tangents(&normal.0);
+        Tuple(if k == 0 { first } else { second })
     }
     #[inline]
     fn turned(inertia: &Sym3, rotation: &Quaternion) -> Sym3 {

@@ -4,9 +4,9 @@
 //! in the plane, and what friction sees, (V.t1, V.t2, W.n) and (V.t). Both groups of impulses are the conjugates.
 //! Knows no bodies and no law.
 
-use crate::lanes::{Lanes, Real};
+use crate::lanes::{Four, Lanes, Real};
 use crate::space::{Planar, Spatial};
-use std::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
+use std::ops::{Add, Div, Index, IndexMut, Mul, Neg, Sub};
 
 /// What may be copied and handed to another thread.
 pub trait Plain: Copy + Send + Sync {}
@@ -40,13 +40,98 @@ impl<T: Plain, const N: usize> Several<T> for [T; N] {
     }
 }
 
-/// A number: f32, or eight of them.
+/// A number: f32, f64, or several of them side by side.
 pub trait Number:
-    Plain + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+    Plain + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
+    /// A constant of this kind.
+    fn constant(self, x: f32) -> Self;
+    /// Where self < other: `yes`, elsewhere `no`.
+    fn choose(self, other: Self, yes: Self, no: Self) -> Self;
 }
-impl Number for f32 {}
-impl<L: Lanes> Number for Real<L> {}
+
+macro_rules! single {
+    ($number:ty) => {
+        impl Number for $number {
+            #[inline(always)]
+            fn constant(self, x: f32) -> Self {
+                x.into()
+            }
+            #[inline(always)]
+            fn choose(self, other: Self, yes: Self, no: Self) -> Self {
+                if self < other { yes } else { no }
+            }
+        }
+    };
+}
+single!(f32);
+single!(f64);
+
+impl<L: Lanes> Number for Real<L> {
+    #[inline(always)]
+    fn constant(self, x: f32) -> Self {
+        self.like(x)
+    }
+    #[inline(always)]
+    fn choose(self, other: Self, yes: Self, no: Self) -> Self {
+        self.if_less(other, yes, no)
+    }
+}
+
+impl<F: Four> Number for F {
+    #[inline(always)]
+    fn constant(self, x: f32) -> Self {
+        self.like(f64::from(x))
+    }
+    #[inline(always)]
+    fn choose(self, other: Self, yes: Self, no: Self) -> Self {
+        self.if_less(other, yes, no)
+    }
+}
+
+/// A number of f64, or four of them.
+pub trait Precise: Number {
+    /// What it is in f32.
+    type Narrow: Plain;
+    /// In f32, rounded to the nearest.
+    fn narrow(self) -> Self::Narrow;
+    /// The same as f64. A sum, product, quotient or root of such numbers that is rounded so has the bits of f32's own.
+    fn rounded(self) -> Self;
+    /// Square root.
+    fn root(self) -> Self;
+}
+
+impl Precise for f64 {
+    type Narrow = f32;
+    #[inline(always)]
+    fn narrow(self) -> f32 {
+        self as f32
+    }
+    #[inline(always)]
+    fn rounded(self) -> f64 {
+        f64::from(self as f32)
+    }
+    #[inline(always)]
+    fn root(self) -> f64 {
+        self.sqrt()
+    }
+}
+
+impl<F: Four> Precise for F {
+    type Narrow = [f32; 4];
+    #[inline(always)]
+    fn narrow(self) -> [f32; 4] {
+        self.to_f32()
+    }
+    #[inline(always)]
+    fn rounded(self) -> Self {
+        self.as_f32()
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
 
 /// The plane or space, for numbers of any kind.
 pub trait Wide: Copy + Send + Sync + 'static {
@@ -69,8 +154,16 @@ pub trait Wide: Copy + Send + Sync + 'static {
     /// The numbers of a patch in rows of eight: 2 | 4.
     type Rows<T: Plain>: Several<T>;
 
-    /// Unit tangents of a unit normal, as [`crate::Space::tangent`] has them.
-    fn tangents<L: Lanes>(normal: &Self::Vectors<Real<L>>) -> Self::Slips<Self::Vectors<Real<L>>>;
+    /// Unit tangents of a unit normal; in space those of Duff et al. 2017, "Building an orthonormal basis, revisited".
+    fn tangents<R: Number>(normal: &Self::Vectors<R>) -> Self::Slips<Self::Vectors<R>>;
+    /// R r for a rotation R.
+    fn rotated<R: Number>(turn: &Self::Turns<R>, r: &Self::Vectors<R>) -> Self::Vectors<R>;
+    /// R r - r: how far the rotation takes a point. Of a small rotation it has all its digits.
+    fn swung<R: Number>(turn: &Self::Turns<R>, r: &Self::Vectors<R>) -> Self::Vectors<R>;
+    /// The inverse rotation, R^T.
+    fn back<R: Number>(turn: &Self::Turns<R>) -> Self::Turns<R>;
+    /// One rotation after another, R_2 R_1. Unit length is not restored.
+    fn product<R: Number>(second: &Self::Turns<R>, first: &Self::Turns<R>) -> Self::Turns<R>;
     /// r x f.
     fn wide_moment<R: Number>(arm: &Self::Vectors<R>, force: &Self::Vectors<R>) -> Self::Spins<R>;
     /// w x r.
@@ -124,6 +217,36 @@ pub fn inner<R: Number, V: Several<R>>(a: &V, b: &V) -> R {
     sum
 }
 
+/// a + b.
+#[inline(always)]
+pub fn plus<R: Number, V: Several<R>>(a: &V, b: &V) -> V {
+    let mut out = *a;
+    for k in 0..V::LEN {
+        out[k] = a[k] + b[k];
+    }
+    out
+}
+
+/// a - b.
+#[inline(always)]
+pub fn minus<R: Number, V: Several<R>>(a: &V, b: &V) -> V {
+    let mut out = *a;
+    for k in 0..V::LEN {
+        out[k] = a[k] - b[k];
+    }
+    out
+}
+
+/// a s.
+#[inline(always)]
+pub fn times<R: Number, V: Several<R>>(a: &V, by: R) -> V {
+    let mut out = *a;
+    for k in 0..V::LEN {
+        out[k] = a[k] * by;
+    }
+    out
+}
+
 /// cos(x / 2) and sin(x / 2) / x by their series, from x^2: to rounding below x = 1, to 1e-5 below 3.
 #[inline(always)]
 fn half_angle<L: Lanes>(square: Real<L>) -> (Real<L>, Real<L>) {
@@ -151,8 +274,28 @@ impl Wide for Planar {
     type Rows<T: Plain> = [T; 2];
 
     #[inline(always)]
-    fn tangents<L: Lanes>(n: &[Real<L>; 2]) -> [[Real<L>; 2]; 1] {
+    fn tangents<R: Number>(n: &[R; 2]) -> [[R; 2]; 1] {
         [[-n[1], n[0]]]
+    }
+    #[inline(always)]
+    fn rotated<R: Number>(turn: &[R; 2], r: &[R; 2]) -> [R; 2] {
+        let ([c, s], [x, y]) = (*turn, *r);
+        [c * x - s * y, s * x + c * y]
+    }
+    #[inline(always)]
+    fn swung<R: Number>(turn: &[R; 2], r: &[R; 2]) -> [R; 2] {
+        let ([c, s], [x, y]) = (*turn, *r);
+        let less = c - c.constant(1.0);
+        [less * x - s * y, s * x + less * y]
+    }
+    #[inline(always)]
+    fn back<R: Number>(turn: &[R; 2]) -> [R; 2] {
+        [turn[0], -turn[1]]
+    }
+    #[inline(always)]
+    fn product<R: Number>(second: &[R; 2], first: &[R; 2]) -> [R; 2] {
+        let ([a, b], [c, s]) = (*second, *first);
+        [a * c - b * s, b * c + a * s]
     }
     #[inline(always)]
     fn wide_moment<R: Number>(arm: &[R; 2], force: &[R; 2]) -> [R; 1] {
@@ -212,6 +355,11 @@ fn cross<R: Number>(a: &[R; 3], b: &[R; 3]) -> [R; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+#[inline(always)]
+fn twice<R: Number>(a: [R; 3]) -> [R; 3] {
+    [a[0] + a[0], a[1] + a[1], a[2] + a[2]]
+}
+
 impl Wide for Spatial {
     type Vectors<T: Plain> = [T; 3];
     type Spins<T: Plain> = [T; 3];
@@ -224,10 +372,38 @@ impl Wide for Spatial {
     type Rows<T: Plain> = [T; 4];
 
     #[inline(always)]
-    fn tangents<L: Lanes>(n: &[Real<L>; 3]) -> [[Real<L>; 3]; 2] {
+    fn rotated<R: Number>(turn: &[R; 4], r: &[R; 3]) -> [R; 3] {
+        let [w, x, y, z] = *turn;
+        let once = twice(cross(&[x, y, z], r));
+        let more = cross(&[x, y, z], &once);
+        [r[0] + once[0] * w + more[0], r[1] + once[1] * w + more[1], r[2] + once[2] * w + more[2]]
+    }
+    #[inline(always)]
+    fn swung<R: Number>(turn: &[R; 4], r: &[R; 3]) -> [R; 3] {
+        let [w, x, y, z] = *turn;
+        let once = twice(cross(&[x, y, z], r));
+        let more = cross(&[x, y, z], &once);
+        [once[0] * w + more[0], once[1] * w + more[1], once[2] * w + more[2]]
+    }
+    #[inline(always)]
+    fn back<R: Number>(turn: &[R; 4]) -> [R; 4] {
+        [turn[0], -turn[1], -turn[2], -turn[3]]
+    }
+    #[inline(always)]
+    fn product<R: Number>(second: &[R; 4], first: &[R; 4]) -> [R; 4] {
+        let ([w, x, y, z], [a, b, c, d]) = (*second, *first);
+        [
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        ]
+    }
+    #[inline(always)]
+    fn tangents<R: Number>(n: &[R; 3]) -> [[R; 3]; 2] {
         let [x, y, z] = *n;
-        let (zero, one) = (x.like(0.0), x.like(1.0));
-        let sign = z.if_less(zero, -one, one);
+        let (zero, one) = (x.constant(0.0), x.constant(1.0));
+        let sign = z.choose(zero, -one, one);
         let a = -one / (sign + z);
         let b = x * y * a;
         [[one + sign * x * x * a, sign * b, -(sign * x)], [b, sign + y * y * a, -y]]

@@ -2,7 +2,7 @@
 //! does, and has the same bits in all of them. What would leave wide registers half empty runs in those of four; where a
 //! machine has none most of it multiplies and adds one after another, and has other bits. Knows no operation.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, WithSimd};
 
 /// Numbers that a sum is made of side by side, in registers of any width: as many as the widest holds.
 pub const ABREAST: usize = 8;
@@ -21,7 +21,7 @@ pub fn in_widest<O: WithSimd>(operation: O) -> O::Output {
 pub fn in_fours<O: WithSimd>(operation: O) -> O::Output {
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = pulp::x86::V3::try_new() {
-        return Simd::vectorize(simd, operation);
+        return pulp::Simd::vectorize(simd, operation);
     }
     Arch::new().dispatch(operation)
 }
@@ -58,7 +58,7 @@ mod tests {
     #[cfg(target_arch = "x86_64")]
     fn in_eights<O: WithSimd>(operation: O) -> Result<O::Output, O> {
         match pulp::x86::V3::try_new() {
-            Some(simd) => Ok(Simd::vectorize(pulp::x86::V3_512b(simd), operation)),
+            Some(simd) => Ok(pulp::Simd::vectorize(pulp::x86::V3_512b(simd), operation)),
             None => Err(operation),
         }
     }

@@ -1,13 +1,15 @@
 //! How far surfaces can come within the step ahead: what contacts are looked for. Speeds are those that bodies have, with
 //! what gravity and applied loads add in the step; impacts may double them.
 
+use crate::abreast::Abreast;
 use crate::bodies::{Bodies, BodyData};
 use crate::body::BodyKind;
 use crate::force::Wrench;
 use crate::settings::{Scheme, Settings};
 use crate::stepping::soft_step::AGAIN;
 use carom_geometry::Geometry;
-use carom_math::{Column, Inertia, Pose, Rotation, Space};
+use carom_math::wide::{inner, minus, plus};
+use carom_math::{Column, Inertia, Pose, Precise, Rotation, Space, Wide};
 use carom_solver::Twist;
 
 /// The step ahead.
@@ -76,9 +78,10 @@ pub struct Mover<S: Space> {
     pub arm: f64,
     /// The least that its surface is thought to come in a step \[m\]; 0 for what impulses do not move.
     least: f64,
-    /// What gravity and loads do to its surface \[m/s^2\], and loads alone: rates, for it may sleep through steps of other lengths.
+    /// What gravity and loads do to its surface \[m/s^2\]: rates, for it may sleep through steps of other lengths.
     falls: f64,
-    pull: f64,
+    /// What loads alone do \[m/s^2\].
+    pub pull: f64,
     /// The shape's frame from the centre of mass, backwards \[m\].
     center: S::Vector,
     /// How far a point of its surface is from the shape's frame at most \[m\]; 0 where turning moves none.
@@ -206,12 +209,6 @@ impl<S: Space> Couple<'_, S> {
         self.a.extent <= self.b.extent
     }
 
-    /// The smaller one.
-    #[inline]
-    pub fn small(&self) -> &Mover<S> {
-        if self.a_is_small() { self.a } else { self.b }
-    }
-
     /// The least margin that a pair has \[m\].
     #[inline]
     pub fn least_margin(&self) -> f64 {
@@ -227,21 +224,37 @@ impl<S: Space> Couple<'_, S> {
         let fall = (self.a.falls + self.b.falls) * dt;
         (2.0 * dt * (closing + fall)).max(self.least_margin())
     }
+}
 
-    /// How fast surfaces of two bodies can come towards each other, as they move now \[m/s\]: |v + w x r| + |dw| arm of
-    /// `approach`.
+impl<'a, S: Space> Couple<'a, S> {
+    /// The smaller one, and the larger one.
     #[inline]
-    pub fn closing(&self) -> f64 {
-        let (small, large) = if self.a_is_small() { (self.a, self.b) } else { (self.b, self.a) };
-        let (own, other) = (small.twist, large.twist);
-        let passing = (own.linear - other.at(small.position - large.position)).norm();
-        passing + (own.angular - other.angular).norm() * small.arm
+    pub fn by_size(&self) -> [&'a Mover<S>; 2] {
+        if self.a_is_small() { [self.a, self.b] } else { [self.b, self.a] }
     }
+}
 
-    /// How far two surfaces may come towards each other in the step by what was not known in the one before: their motion,
-    /// and loads \[m\].
-    #[inline]
-    pub fn coming(&self, dt: f64, closing: f64) -> f64 {
-        dt * (closing + (self.a.pull + self.b.pull) * dt)
-    }
+/// How fast surfaces of pairs can come towards each other, as they move now \[m/s\]: |v + w x r| + |dw| arm of
+/// [`Couple::approach`]. Of each its smaller body and its larger one are asked for.
+#[inline(always)]
+pub fn closing<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P) -> P::Number {
+    let (place, velocity, spin) = motion::<S, P>(pairs, 0);
+    let (place_of_larger, velocity_of_larger, spin_of_larger) = motion::<S, P>(pairs, 1);
+    let swing = S::wide_swing(&spin_of_larger, &minus(&place, &place_of_larger));
+    let passing = minus(&velocity, &plus(&velocity_of_larger, &swing));
+    let turning = minus(&spin, &spin_of_larger);
+    inner(&passing, &passing).root() + inner(&turning, &turning).root() * pairs.read(|pair| pair[0].arm)
+}
+
+/// Places, velocities and spins in numbers of a kind.
+type Motions<S, R> = (<S as Wide>::Vectors<R>, <S as Wide>::Vectors<R>, <S as Wide>::Spins<R>);
+
+/// Places, velocities and spins of the smaller bodies of pairs, or of the larger ones.
+#[inline(always)]
+fn motion<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P, i: usize) -> Motions<S, P::Number> {
+    (
+        pairs.several(|pair, k| pair[i].position[k]),
+        pairs.several(|pair, k| pair[i].twist.linear[k]),
+        pairs.several(|pair, k| pair[i].twist.angular[k]),
+    )
 }

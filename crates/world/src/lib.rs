@@ -3,6 +3,7 @@
 //! A [`World`] holds bodies and settings and takes steps; every step reports the residual of its contact
 //! solves, where its energy went, and whether the books close. `World2` and `World3` are the two doors.
 
+pub mod abreast;
 pub mod ahead;
 pub mod assembly;
 pub mod bodies;

@@ -1,7 +1,8 @@
 //! From bodies that are near to contacts with names, gaps and coefficients. Knows no velocities' future:
 //! what a contact means for the motion is the scheme's matter.
 
-use crate::ahead::{Ahead, Couple, Mover};
+use crate::abreast::One;
+use crate::ahead::{Ahead, Couple, Mover, closing};
 use crate::bodies::Bodies;
 use crate::joint::Joints;
 use crate::lasting::Lasting;
@@ -54,8 +55,6 @@ pub struct Near<'a, S: Geometry> {
     remembered: Option<&'a Remembered>,
     /// Ways that points of both surfaces have behind them \[m\].
     ways: f64,
-    /// How fast their surfaces can come towards each other, where that was asked \[m/s\].
-    pub closing: Option<f64>,
     /// Contacts are looked for up to this gap \[m\].
     margin: f64,
 }
@@ -75,14 +74,69 @@ impl<S: Geometry> Near<'_, S> {
     }
 }
 
+/// A pair that may touch in the step ahead, by its places in the columns.
+#[derive(Clone, Copy)]
+struct Asked {
+    i: u32,
+    j: u32,
+    /// Its place among the pairs.
+    place: usize,
+    /// Contacts are looked for up to this gap \[m\].
+    margin: f64,
+}
+
+/// Pairs that may touch in the step ahead, in their order.
+pub struct Nears<'a, S: Geometry> {
+    asked: &'a [Asked],
+    meeting: &'a Meeting<'a, S>,
+    colliders: &'a [S::Collider],
+    poses: &'a [Pose<S>],
+    ways: &'a [f64],
+    remembered: &'a [Remembered],
+}
+
+impl<'a, S: Geometry> Nears<'a, S> {
+    /// How many they are.
+    pub fn count(&self) -> usize {
+        self.asked.len()
+    }
+    /// The bodies of one.
+    #[inline(always)]
+    pub fn couple(&self, k: usize) -> Couple<'a, S> {
+        let Asked { i, j, .. } = self.asked[k];
+        self.meeting.couple(i as usize, j as usize)
+    }
+    /// One of them.
+    #[inline]
+    pub fn near(&self, k: usize) -> Near<'a, S> {
+        let Asked { i, j, place, margin } = self.asked[k];
+        let (i, j) = (i as usize, j as usize);
+        Near {
+            couple: self.meeting.couple(i, j),
+            colliders: [&self.colliders[i], &self.colliders[j]],
+            poses: [&self.poses[i], &self.poses[j]],
+            remembered: self.remembered.get(place),
+            ways: self.ways[i] + self.ways[j],
+            margin,
+        }
+    }
+}
+
 /// What looks at pairs that may touch. Workers ask at once, each with findings of its own.
 pub trait Finder<S: Geometry>: Sync {
     /// What is found of a chunk of pairs.
     type Findings: Default + Send;
-    /// Told before the first pair of a chunk.
+    /// Told before the first pairs of a chunk.
     fn begin(&self, findings: &mut Self::Findings);
-    /// Looks at a pair; pairs of the same findings come in their order.
-    fn look(&self, near: &Near<'_, S>, findings: &mut Self::Findings);
+    /// Looks at some pairs; those of the same findings come in their order.
+    fn look(&self, nears: &Nears<'_, S>, findings: &mut Self::Findings);
+}
+
+/// What a worker finds of a chunk of pairs, and room for those that may touch.
+#[derive(Default)]
+pub struct Chunk<F> {
+    asked: Vec<Asked>,
+    found: F,
 }
 
 /// Finds touches.
@@ -94,10 +148,12 @@ type Findings<S> = (Vec<Touch<S>>, Vec<ContactPoint<S>>);
 impl<S: Geometry> Finder<S> for Touching<'_, S> {
     type Findings = Findings<S>;
     fn begin(&self, _: &mut Findings<S>) {}
-    fn look(&self, near: &Near<'_, S>, (touches, points): &mut Findings<S>) {
-        points.clear();
-        near.contacts(points);
-        touches_of(self.0, self.1, near.couple.indices(), points, touches);
+    fn look(&self, nears: &Nears<'_, S>, (touches, points): &mut Findings<S>) {
+        for near in (0..nears.count()).map(|k| nears.near(k)) {
+            points.clear();
+            near.contacts(points);
+            touches_of(self.0, self.1, near.couple.indices(), points, touches);
+        }
     }
 }
 
@@ -107,7 +163,7 @@ struct Nobody;
 impl<S: Geometry> Finder<S> for Nobody {
     type Findings = ();
     fn begin(&self, (): &mut ()) {}
-    fn look(&self, _: &Near<'_, S>, (): &mut ()) {}
+    fn look(&self, _: &Nears<'_, S>, (): &mut ()) {}
 }
 
 /// Finds contacts; holds memory, the broad phase's order and the boxes of bodies that stand, nothing that changes an
@@ -140,7 +196,7 @@ pub struct NarrowPhase<S: Geometry> {
     movable: Vec<bool>,
     /// Who shares the work.
     pub(crate) workers: Workers,
-    findings: Memory<Findings<S>>,
+    findings: Memory<Chunk<Findings<S>>>,
     places: Memory<Vec<Place<S>>>,
     placed: Vec<Place<S>>,
 }
@@ -160,8 +216,8 @@ impl<S: Geometry> NarrowPhase<S> {
         &mut self,
         ahead: &Ahead<S>,
         finder: &F,
-        findings: &mut Memory<F::Findings>,
-        join: impl FnMut(&mut F::Findings),
+        findings: &mut Memory<Chunk<F::Findings>>,
+        mut join: impl FnMut(&mut F::Findings),
     ) {
         let Ahead { bodies, settings, .. } = *ahead;
         let (stands_as_before, sleeps_as_before) = self.prepare(ahead);
@@ -201,30 +257,21 @@ impl<S: Geometry> NarrowPhase<S> {
         let (poses, ways, colliders) = (&self.poses, &self.ways, &self.colliders.0);
         let (bounds, margins, movers) = (&self.bounds, &self.margins, &self.movers);
         let meeting = Meeting { bounds, margins, movers, joints: &bodies.joints, soft, dt: ahead.dt };
-        let find = |first: usize, pairs: &[(u32, u32)], found: &mut F::Findings| {
+        let find = |first: usize, pairs: &[(u32, u32)], chunk: &mut Chunk<F::Findings>| {
+            let Chunk { asked, found } = chunk;
             finder.begin(found);
-            for (&(i, j), place) in pairs.iter().zip(first..) {
-                let (i, j) = (i as usize, j as usize);
-                let couple = meeting.couple(i, j);
-                let (margin, closing) = if lasts {
-                    let Some(known) = meeting.of(i, j) else { continue };
-                    known
-                } else {
-                    (margins[i] + margins[j], None)
-                };
-                let near = Near {
-                    couple,
-                    colliders: [&colliders[i], &colliders[j]],
-                    poses: [&poses[i], &poses[j]],
-                    remembered: remembered.get(place),
-                    ways: ways[i] + ways[j],
-                    closing,
-                    margin,
-                };
-                finder.look(&near, found);
+            for (some, first) in pairs.chunks(CHUNK).zip((first..).step_by(CHUNK)) {
+                asked.clear();
+                for (&(i, j), place) in some.iter().zip(first..) {
+                    let of_boxes = || Some(margins[i as usize] + margins[j as usize]);
+                    let margin = if lasts { meeting.of(i as usize, j as usize) } else { of_boxes() };
+                    asked.extend(margin.map(|margin| Asked { i, j, place, margin }));
+                }
+                let meeting = &meeting;
+                finder.look(&Nears { asked, meeting, colliders, poses, ways, remembered }, found);
             }
         };
-        self.workers.chunks(pairs, CHUNK, findings, find, join);
+        self.workers.chunks(pairs, CHUNK, findings, find, |chunk| join(&mut chunk.found));
     }
 
     /// Arranges what stands, as the first search would.
@@ -358,10 +405,9 @@ impl<'a, S: Geometry> Meeting<'a, S> {
         Couple { a: &self.movers[i], b: &self.movers[j] }
     }
 
-    /// Up to which gap \[m\] contacts of a pair are looked for, and how fast it closes where that was asked \[m/s\]; nothing where
-    /// it has none.
+    /// Up to which gap \[m\] contacts of a pair are looked for; nothing where it has none.
     #[inline(always)]
-    fn of(&self, i: usize, j: usize) -> Option<(f64, Option<f64>)> {
+    fn of(&self, i: usize, j: usize) -> Option<f64> {
         let couple = self.couple(i, j);
         let (a, b) = couple.indices();
         if !(self.bounds[i].overlaps(&self.bounds[j]) && couple.may_meet() && !self.joints.keeps_apart(a, b))
@@ -370,12 +416,11 @@ impl<'a, S: Geometry> Meeting<'a, S> {
         }
         let margin = self.margins[i] + self.margins[j];
         if !self.soft || margin <= couple.least_margin() {
-            return Some((margin, None));
+            return Some(margin);
         }
         let gap = self.bounds[i].apart(&self.bounds[j]) + margin;
-        let closing = couple.closing();
-        let margin = margin.min(couple.approach(self.dt, closing));
-        (gap <= margin).then_some((margin, Some(closing)))
+        let margin = margin.min(couple.approach(self.dt, closing(One(&couple.by_size()))));
+        (gap <= margin).then_some(margin)
     }
 }
 

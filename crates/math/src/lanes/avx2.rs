@@ -66,6 +66,19 @@ impl Four for Doubles {
         let less = self.0.avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_LT_OQ }>(self.1, other.1);
         self.0.avx._mm256_movemask_pd(less) as u32
     }
+    #[inline(always)]
+    fn like(self, x: f64) -> Self {
+        Doubles(self.0, self.0.avx._mm256_set1_pd(x))
+    }
+    #[inline(always)]
+    fn to_f32(self) -> [f32; 4] {
+        pulp::cast(self.0.avx._mm256_cvtpd_ps(self.1))
+    }
+    #[inline(always)]
+    fn as_f32(self) -> Self {
+        let avx = self.0.avx;
+        Doubles(self.0, avx._mm256_cvtps_pd(avx._mm256_cvtpd_ps(self.1)))
+    }
 }
 
 /// Rounds to the upper half of the bits, ties away from zero.

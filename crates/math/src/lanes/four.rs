@@ -4,7 +4,14 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Four numbers in registers. `max` and `min` return their second argument when either is NaN.
 pub trait Four:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+    Copy
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
 {
     /// To memory.
     fn store(self) -> [f64; 4];
@@ -20,6 +27,12 @@ pub trait Four:
     fn if_less(self, other: Self, yes: Self, no: Self) -> Self;
     /// The set of places, bit by bit, where self < other.
     fn less(self, other: Self) -> u32;
+    /// The same number four times, in registers like these.
+    fn like(self, x: f64) -> Self;
+    /// In f32, rounded to the nearest.
+    fn to_f32(self) -> [f32; 4];
+    /// The same as f64.
+    fn as_f32(self) -> Self;
 }
 
 /// Four numbers as a plain array.
@@ -83,5 +96,17 @@ impl Four for Plain {
     #[inline(always)]
     fn less(self, other: Self) -> u32 {
         (0..4).fold(0, |set, k| set | u32::from(self.0[k] < other.0[k]) << k)
+    }
+    #[inline(always)]
+    fn like(self, x: f64) -> Self {
+        Plain([x; 4])
+    }
+    #[inline(always)]
+    fn to_f32(self) -> [f32; 4] {
+        std::array::from_fn(|k| self.0[k] as f32)
+    }
+    #[inline(always)]
+    fn as_f32(self) -> Self {
+        each(self, self, |a, _| f64::from(a as f32))
     }
 }

@@ -153,6 +153,9 @@ mod tests {
                     -a,
                     a.abs(),
                     a.if_less(b, lanes.four_of(1.0), lanes.four_of(2.0)),
+                    a.as_f32(),
+                    a.like(0.1),
+                    lanes.four(&b.to_f32().map(f64::from)),
                 ];
                 out.extend(all.map(|x| x.store().map(f64::to_bits)));
                 sets.push(a.less(b));

@@ -19,5 +19,6 @@ mod solver;
 mod sweep;
 
 pub use bodies::SoftBody;
-pub use patch::{Last, Patch, PatchResult, Patches, Rare};
+pub use pack::APART;
+pub use patch::{EightPatches, FourPatches, Last, Numbers, Patch, PatchResult, Patches, Rare};
 pub use solver::{Rigid, SoftChoice, SoftSolver, Told};

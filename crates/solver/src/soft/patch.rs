@@ -2,7 +2,8 @@
 //! are turned into the columns of a pack as they lie; what few patches need lies beside them.
 
 use super::pack::APART;
-use carom_math::lanes::{Eight, WIDTH};
+use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
+use carom_math::wide::Plain;
 use carom_math::{Several, Wide};
 use std::ops::{Index, IndexMut};
 
@@ -51,23 +52,13 @@ impl<S: Wide> IndexMut<usize> for Patch<S> {
 
 impl<S: Wide> Patch<S> {
     /// No patch at all.
-    pub(super) fn none() -> Self {
+    pub fn none() -> Self {
         let mut patch = Patch(S::Rows::all(Eight::default()));
         patch[0] = 1.0;
         for i in 0..<S::Points<f32> as Several<f32>>::LEN {
             patch[points::<S>() + (i + 1) * point::<S>() - 2] = APART;
         }
         patch
-    }
-
-    /// Sets the unit normal from body b to body a, and the arms that lead to the patch's centre from both centres of mass \[m\].
-    #[inline(always)]
-    pub fn set_place(&mut self, normal: S::Vectors<f32>, arm_a: S::Vectors<f32>, arm_b: S::Vectors<f32>) {
-        for k in 0..vector::<S>() {
-            self[k] = normal[k];
-            self[vector::<S>() + k] = arm_a[k];
-            self[2 * vector::<S>() + k] = arm_b[k];
-        }
     }
 
     /// Sets the coefficient of friction \[1\], and what friction over the patch and spinning friction bear of a torque about the
@@ -77,28 +68,104 @@ impl<S: Wide> Patch<S> {
         self[self::friction::<S>()] = friction;
         self[self::friction::<S>() + 1] = twisting;
     }
+}
+
+/// Where numbers of patches go: of one, or of several side by side.
+pub trait Numbers<S: Wide> {
+    /// What is written at a time.
+    type Number: Plain;
+    /// Writes the k-th number.
+    fn put(&mut self, k: usize, number: Self::Number);
+
+    /// Sets the unit normal from body b to body a, and the arms that lead to the patch's centre from both centres of mass \[m\].
+    #[inline(always)]
+    fn set_place(
+        &mut self,
+        normal: S::Vectors<Self::Number>,
+        arm_a: S::Vectors<Self::Number>,
+        arm_b: S::Vectors<Self::Number>,
+    ) {
+        for k in 0..vector::<S>() {
+            self.put(k, normal[k]);
+            self.put(vector::<S>() + k, arm_a[k]);
+            self.put(2 * vector::<S>() + k, arm_b[k]);
+        }
+    }
 
     /// Sets a point: its place from the patch's centre along its tangents \[m\], and the distance of the surfaces at the step's
-    /// start \[m\].
+    /// start \[m\], at most [`APART`].
     #[inline(always)]
-    pub fn set_point(&mut self, i: usize, place: S::Slips<f32>, gap: f32) {
+    fn set_point(&mut self, i: usize, place: S::Slips<Self::Number>, gap: Self::Number) {
         let first = points::<S>() + i * point::<S>();
         for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
-            self[first + k] = place[k];
+            self.put(first + k, place[k]);
         }
-        self[first + point::<S>() - 2] = gap.min(APART);
+        self.put(first + point::<S>() - 2, gap);
     }
 
     /// Sets the normal impulse of a substep that a point starts from \[N s\].
     #[inline(always)]
-    pub fn press(&mut self, i: usize, impulse: f32) {
-        self[points::<S>() + (i + 1) * point::<S>() - 1] = impulse;
+    fn press(&mut self, i: usize, impulse: Self::Number) {
+        self.put(points::<S>() + (i + 1) * point::<S>() - 1, impulse);
     }
 
     /// Sets friction's impulses of a substep to start from: along a tangent \[N s\], and about the normal in space \[N m s\].
     #[inline(always)]
-    pub fn rub(&mut self, k: usize, impulse: f32) {
-        self[rubbing::<S>() + k] = impulse;
+    fn rub(&mut self, k: usize, impulse: Self::Number) {
+        self.put(rubbing::<S>() + k, impulse);
+    }
+}
+
+impl<S: Wide> Numbers<S> for Patch<S> {
+    type Number = f32;
+    #[inline(always)]
+    fn put(&mut self, k: usize, number: f32) {
+        self[k] = number;
+    }
+}
+
+/// Eight patches side by side: a number of all of them is a column. Four of them are written at a time.
+pub struct EightPatches<S: Wide>(S::Rows<[Eight; WIDTH]>);
+
+impl<S: Wide> Default for EightPatches<S> {
+    fn default() -> Self {
+        EightPatches(S::Rows::all([Eight::default(); WIDTH]))
+    }
+}
+
+impl<S: Wide> EightPatches<S> {
+    /// The first four, or the others.
+    #[inline(always)]
+    pub fn half(&mut self, others: bool) -> FourPatches<'_, S> {
+        FourPatches { all: self, first: if others { 4 } else { 0 } }
+    }
+
+    /// Each for itself.
+    #[inline(always)]
+    pub fn part<L: Lanes>(&self, lanes: L, patches: &mut [Patch<S>; WIDTH]) {
+        for row in 0..<S::Rows<f32> as Several<f32>>::LEN {
+            let mut columns = [Real::all(lanes, 0.0); WIDTH];
+            for (column, of_all) in columns.iter_mut().zip(&self.0[row]) {
+                *column = Real::load(lanes, of_all);
+            }
+            for (patch, numbers) in patches.iter_mut().zip(Real::turn(columns)) {
+                patch.0[row] = numbers.store();
+            }
+        }
+    }
+}
+
+/// Four of eight patches.
+pub struct FourPatches<'a, S: Wide> {
+    all: &'a mut EightPatches<S>,
+    first: usize,
+}
+
+impl<S: Wide> Numbers<S> for FourPatches<'_, S> {
+    type Number = [f32; 4];
+    #[inline(always)]
+    fn put(&mut self, k: usize, number: [f32; 4]) {
+        self.all.0[k / WIDTH][k % WIDTH].0[self.first..self.first + 4].copy_from_slice(&number);
     }
 }
 
@@ -159,10 +226,16 @@ impl<S: Wide> Patches<S> {
     /// Adds one without points, and hands it over: it is written where it stays, for what is copied at once waits for its parts.
     #[inline(always)]
     pub fn add(&mut self) -> &mut Patch<S> {
+        let none = self.none;
+        self.push(&none)
+    }
+    /// Adds a patch, and hands it over.
+    #[inline(always)]
+    pub fn push(&mut self, patch: &Patch<S>) -> &mut Patch<S> {
         if !self.rare.is_empty() {
             self.rare.push(Rare::none());
         }
-        self.all.push(self.none);
+        self.all.push(*patch);
         let last = self.all.len() - 1;
         &mut self.all[last]
     }

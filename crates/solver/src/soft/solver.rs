@@ -449,7 +449,7 @@ impl<S: Wide> Steps<'_, S> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::patch::Rare;
+    use super::super::patch::{Numbers, Rare};
     use super::*;
     use carom_math::Several;
     use carom_math::lanes::{Portable, in_fours};

@@ -1,12 +1,14 @@
 //! Faces of contact: the points that two bodies share with one normal, as a step begins with them. What a step needs of a face is in its
 //! patch, in f32, and what the next one needs is what is remembered of it; the face itself is made again when somebody asks.
 
-use super::again::Together;
+use super::again::{Sight, Together};
 use super::memory::Seen;
+use crate::abreast::{Abreast, One};
 use crate::material::Coefficients;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
-use carom_math::{Column, Several};
+use carom_math::wide::{inner, minus, times};
+use carom_math::{Column, Precise, Several};
 
 /// Not in any list.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -84,87 +86,125 @@ impl<S: Geometry> Spots<S> {
     }
 
     /// The mean of the points \[m\].
-    #[inline(always)]
     pub fn centre(&self) -> S::Vector {
-        mean_of::<S>(&self.points, self.count)
+        let mean = Outline::of_one(self).mean();
+        S::Vector::from_fn(|k| mean[k])
     }
 }
 
-/// The mean of the first of some points \[m\].
-#[inline(always)]
-pub(super) fn mean_of<S: Geometry>(points: &S::Points<S::Vector>, count: usize) -> S::Vector {
-    let mut mean = points[0];
-    // all that there is room for, here and below: a number of rounds that is known leaves all in registers
-    for k in 1..S::Points::<f64>::LEN {
-        if k < count {
-            mean += points[k];
+/// Points of patches and their normals, side by side.
+pub(crate) struct Outline<S: Geometry, R: Precise> {
+    /// How many points there are.
+    pub count: R,
+    /// Unit normals from bodies b to bodies a.
+    pub normal: S::Vectors<R>,
+    /// The points \[m\].
+    pub points: S::Points<S::Vectors<R>>,
+    /// Distances of the surfaces \[m\].
+    pub gaps: S::Points<R>,
+}
+
+impl<S: Geometry> Outline<S, f64> {
+    /// Of one patch.
+    pub fn of_one(spots: &Spots<S>) -> Self {
+        let numbers = |v: &S::Vector| -> S::Vectors<f64> { One(v).several(|v, k| v[k]) };
+        let mut points = S::Points::all(numbers(&spots.points[0]));
+        for i in 1..S::Points::<f64>::LEN {
+            points[i] = numbers(&spots.points[i]);
+        }
+        Outline { count: spots.count as f64, normal: numbers(&spots.normal), points, gaps: spots.gaps }
+    }
+}
+
+impl<S: Geometry, R: Precise> Outline<S, R> {
+    /// Of patches that were seen.
+    #[inline(always)]
+    pub fn of<'a>(sights: impl Abreast<Sight<'a, S>, Number = R>) -> Self
+    where
+        S: 'a,
+    {
+        let mut points = S::Points::all(sights.several(|s, k| s.seen.points[0][k]));
+        for i in 1..S::Points::<f64>::LEN {
+            points[i] = sights.several(|s, k| s.seen.points[i][k]);
+        }
+        Outline {
+            count: sights.read(|s| s.seen.names().len() as f64),
+            normal: sights.several(|s, k| s.seen.normal[k]),
+            points,
+            gaps: sights.several(|s, i| s.seen.gaps[i]),
         }
     }
-    mean * (1.0 / count as f64)
+
+    /// Where patches have a k-th point `yes`, elsewhere `no`.
+    #[inline(always)]
+    pub fn where_has(&self, k: usize, yes: R, no: R) -> R {
+        self.count.constant(k as f32).choose(self.count, yes, no)
+    }
+
+    /// The means of the points \[m\].
+    #[inline(always)]
+    pub fn mean(&self) -> S::Vectors<R> {
+        let (zero, one) = (self.count.constant(0.0), self.count.constant(1.0));
+        let mut mean = self.points[0];
+        for i in 1..S::Points::<f64>::LEN {
+            for k in 0..S::DIM {
+                mean[k] = mean[k] + self.where_has(i, self.points[i][k], zero);
+            }
+        }
+        times(&mean, one / self.count)
+    }
 }
 
-/// A face as a patch takes it: its points about their mean, along its tangents.
-#[derive(Clone, Copy)]
-pub(crate) struct Laid<S: Geometry> {
-    /// Points that it has.
-    pub count: usize,
-    /// Unit normal from b to a, and unit tangents.
-    pub normal: S::Vector,
-    pub tangents: [S::Vector; 2],
-    /// The mean of the points \[m\].
-    pub centre: S::Vector,
+/// Faces as patches take them: their points about their means, along their tangents.
+pub(crate) struct Laid<S: Geometry, R: Precise> {
+    /// Unit normals from bodies b to bodies a, and unit tangents.
+    pub normal: S::Vectors<R>,
+    pub tangents: S::Slips<S::Vectors<R>>,
+    /// The means of the points \[m\].
+    pub centre: S::Vectors<R>,
     /// Places of the points from there along the tangents \[m\].
-    pub places: S::Points<S::Slips<f32>>,
+    pub places: S::Points<S::Slips<R>>,
     /// Distances of the surfaces \[m\].
-    pub gaps: S::Points<f64>,
+    pub gaps: S::Points<R>,
 }
 
-impl<S: Geometry> Laid<S> {
+impl<S: Geometry, R: Precise> Laid<S, R> {
     /// Of points, about a mean, whose places along the tangents are their products with `along`.
     #[inline(always)]
     pub fn new(
-        (count, points): (usize, &S::Points<S::Vector>),
-        (normal, tangents): (S::Vector, [S::Vector; 2]),
-        (mean, centre): (S::Vector, S::Vector),
-        along: [S::Vector; 2],
-        gap: impl Fn(usize) -> f64,
+        of: &Outline<S, R>,
+        (normal, tangents): (S::Vectors<R>, S::Slips<S::Vectors<R>>),
+        (mean, centre): (S::Vectors<R>, S::Vectors<R>),
+        along: S::Slips<S::Vectors<R>>,
+        gaps: S::Points<R>,
     ) -> Self {
-        let mut places = S::Points::all(S::Slips::all(0.0));
-        let mut gaps = S::Points::all(f64::INFINITY);
+        let mut places = S::Points::all(S::Slips::all(of.count));
         for i in 0..S::Points::<f64>::LEN {
-            let arm = points[i] - mean;
+            let arm = minus(&of.points[i], &mean);
             for k in 0..S::SLIP {
-                places[i][k] = arm.dot(along[k]) as f32;
+                places[i][k] = inner(&arm, &along[k]);
             }
-            gaps[i] = gap(i);
         }
-        Laid { count, normal, tangents, centre, places, gaps }
+        Laid { normal, tangents, centre, places, gaps }
     }
 
     /// Of points that were just found.
-    pub fn of(spots: &Spots<S>) -> Self {
-        let (centre, tangents) = (spots.centre(), tangents_of::<S>(spots.normal));
-        let points = (spots.count, &spots.points);
-        Laid::new(points, (spots.normal, tangents), (centre, centre), tangents, |i| spots.gaps[i])
+    #[inline(always)]
+    pub fn of(found: &Outline<S, R>) -> Self {
+        let (centre, tangents) = (found.mean(), S::tangents(&found.normal));
+        Laid::new(found, (found.normal, tangents), (centre, centre), tangents, found.gaps)
     }
 
-    /// The smallest gap \[m\].
+    /// The smallest gaps \[m\].
     #[inline(always)]
-    pub fn deepest(&self) -> f64 {
-        let mut deepest = f64::INFINITY;
+    pub fn deepest(&self, of: &Outline<S, R>) -> R {
+        let mut deepest = of.count.constant(f32::INFINITY);
         for k in 0..S::Points::<f64>::LEN {
-            deepest = if k < self.count { deepest.min(self.gaps[k]) } else { deepest };
+            let gap = of.where_has(k, self.gaps[k], deepest);
+            deepest = gap.choose(deepest, gap, deepest);
         }
         deepest
     }
-}
-
-/// Unit tangents of a normal; those that a space lacks are the normal.
-#[inline(always)]
-pub(super) fn tangents_of<S: Geometry>(normal: S::Vector) -> [S::Vector; 2] {
-    let tangent = |k: usize| if k < S::SLIP { S::tangent(normal, k) } else { normal };
-    // an array's `map` is a call where it is not small
-    [tangent(0), tangent(1)]
 }
 
 /// A face as it is told of, its points in the order of their ids.
@@ -190,7 +230,10 @@ impl<S: Geometry> Face<S> {
     ) -> Self {
         let pair = met.pair();
         let spots = if met.again {
-            Together::between(seen, [places(pair.0), places(pair.1)], met.a_is_small).spots(seen)
+            let (a, b) = (places(pair.0), places(pair.1));
+            let sight = Sight { seen, now: [(&a.0, &a.1), (&b.0, &b.1)], a_is_small: met.a_is_small };
+            let (then, count) = (Outline::of(One(&sight)), seen.names().len());
+            Together::between(One(&sight)).spots(&then, count)
         } else {
             Spots::of(seen)
         };

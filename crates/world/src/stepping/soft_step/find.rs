@@ -1,17 +1,20 @@
 //! From pairs that may touch to faces of contact and the patches that the lanes solve: points that stand are used again, others
 //! are found and divided by their normals, four to a face in space and two in the plane.
 
-use super::again::Together;
-use super::face::{Laid, Met, NONE, Spots};
+use super::batch::{Batch, Old};
+use super::face::{Laid, Met, NONE, Outline, Spots};
 use super::memory::{PatchForce, PatchList, Seen, Walk};
-use super::patches::{Known, rare_of, write_patch};
+use super::patches::{Begun, Known, rare_of, write_patches};
 use super::tally::Tally;
+use crate::abreast::{Abreast, One};
 use crate::ahead::{Ahead, Couple};
 use crate::material::Coefficients;
-use crate::narrow_phase::{Finder, Near, contact_id};
+use crate::narrow_phase::{Finder, Nears, contact_id};
 use carom_geometry::{ContactPoint, Geometry};
+use carom_math::lanes::WIDTH;
 use carom_math::{Column, Rotation, Several};
-use carom_solver::soft::Patches;
+use carom_solver::soft::{Patch, Patches};
+use std::ops::Range;
 
 /// Normals whose cosine is above this are one: a milliradian apart.
 const ONE_NORMAL: f64 = 1.0 - 5e-7;
@@ -45,33 +48,48 @@ pub(super) struct Found<S: Geometry> {
     /// Room for a pair's points, and for the names of a face's.
     points: Vec<ContactPoint<S>>,
     members: Vec<S::Points<u32>>,
+    /// Patches that some pairs had in the step before, and of those that may stand their pair and their place.
+    known: Vec<Recalled>,
+    old: Vec<(u32, u32)>,
+    /// Eight of those, and which eight.
+    batch: Batch<S>,
+    laid: Option<usize>,
+}
+
+/// Patches that a pair had in the step before.
+#[derive(Clone, Copy)]
+struct Recalled {
+    /// Their places.
+    first: u32,
+    count: u32,
+    /// They stand if the bodies have hardly moved.
+    may_stand: bool,
 }
 
 impl<S: Geometry> Default for Found<S> {
     fn default() -> Self {
         let (met, fresh, kinds, tally, place, surfaces, points, members) = Default::default();
-        Found { met, patches: Patches::default(), fresh, kinds, tally, place, surfaces, points, members }
+        let (patches, known, old, batch, laid) = Default::default();
+        Found { met, patches, fresh, kinds, tally, place, surfaces, points, members, known, old, batch, laid }
     }
 }
 
 impl<S: Geometry> Found<S> {
-    /// Adds a face whose points are here, with the normal forces of its points and the friction that its patch starts from.
+    /// Coefficients of friction of a patch with this lever \[m\], along it and about its normal.
     #[inline(always)]
-    fn add(
-        &mut self,
-        (finding, couple): (&Finding<'_, S>, &Couple<'_, S>),
-        met: Met<S>,
-        laid: &Laid<S>,
-        force: impl Fn(usize) -> f64,
-        rubbing: Option<&PatchForce<S>>,
-    ) {
+    fn friction(&self, kind: u32, lever: f64) -> (f32, f32) {
+        let coefficients = &self.kinds[kind as usize];
+        let friction = coefficients.friction as f32;
+        (friction, friction * lever as f32 + coefficients.spinning as f32)
+    }
+
+    /// Adds a face whose patch was added, with the friction that it starts from.
+    #[inline(always)]
+    fn add(&mut self, met: Met<S>, rubbing: Option<&PatchForce<S>>, h: f32) {
         let coefficients = &self.kinds[met.kind as usize];
-        write_patch(self.patches.add(), (couple, laid), coefficients, (force, rubbing), finding.h);
         if coefficients.restitution > 0.0 || coefficients.rolling > 0.0 {
-            self.patches.set_rare(rare_of(laid.normal, coefficients, rubbing, finding.h));
+            self.patches.set_rare(rare_of(met.normal, coefficients, rubbing, h));
         }
-        let (count, normal, deepest) = (laid.count as u8, laid.normal, laid.deepest());
-        let met = Met { count, normal, deepest, ..met };
         self.tally.add(&met, coefficients);
         self.met.push(met);
     }
@@ -96,38 +114,99 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
         found.kinds.clear();
     }
 
-    fn look(&self, near: &Near<'_, S>, found: &mut Found<S>) {
-        let couple = &near.couple;
-        let serials = couple.serials();
-        let mut walk = Walk::from(&self.before.seen, found.place, serials);
-        let known = walk.of(serials);
-        found.place = Some(walk.place());
-        let seen = &self.before.seen[known.clone()];
-        if let Some(together) = Together::of(&self.ahead, near, seen) {
-            let met = self.met(found, couple, true);
-            for (place, seen) in known.zip(seen) {
-                let force = &self.before.forces[place];
-                let met = Met { seen: place as u32, ..met };
-                let (force_of, count) = (|i| force.normal[i], seen.names().len());
-                // a number of points that is known is worth a copy of the text
-                if count == S::Points::<f64>::LEN {
-                    let laid = together.laid(seen, S::Points::<f64>::LEN);
-                    found.add((self, couple), met, &laid, force_of, Some(force));
-                } else {
-                    found.add((self, couple), met, &together.laid(seen, count), force_of, Some(force));
+    fn look(&self, nears: &Nears<'_, S>, found: &mut Found<S>) {
+        self.recall(nears, found);
+        let mut next = 0;
+        for k in 0..nears.count() {
+            let Recalled { first, count, may_stand } = found.known[k];
+            let (known, old) = (first as usize..(first + count) as usize, next);
+            if may_stand {
+                next += known.len();
+                if self.stands(old, nears, found) {
+                    self.add_again(found, &nears.couple(k), known, old, nears);
+                    continue;
                 }
             }
-            return;
-        }
-        found.points.clear();
-        near.contacts(&mut found.points);
-        if !found.points.is_empty() {
-            self.look_anew(couple, Known { seen, forces: &self.before.forces[known] }, found);
+            found.points.clear();
+            let near = nears.near(k);
+            near.contacts(&mut found.points);
+            if !found.points.is_empty() {
+                let known =
+                    Known { seen: &self.before.seen[known.clone()], forces: &self.before.forces[known] };
+                self.look_anew(&near.couple, known, found);
+            }
         }
     }
 }
 
 impl<S: Geometry> Finding<'_, S> {
+    /// What is known of some pairs from the step before, and what of it may stand: what rolls needs its points anew.
+    #[inline]
+    fn recall(&self, nears: &Nears<'_, S>, found: &mut Found<S>) {
+        found.known.clear();
+        found.old.clear();
+        found.laid = None;
+        let mut walk = None;
+        for k in 0..nears.count() {
+            let couple = nears.couple(k);
+            let pair = couple.serials();
+            let walk = walk.get_or_insert_with(|| Walk::from(&self.before.seen, found.place, pair));
+            let known = walk.of(pair);
+            let seen = &self.before.seen[known.clone()];
+            let may_stand =
+                !seen.is_empty() && (couple.are_angular() || seen.iter().all(|patch| patch.count >= S::DIM));
+            found.known.push(Recalled { first: known.start as u32, count: seen.len() as u32, may_stand });
+            for place in known.start..if may_stand { known.end } else { known.start } {
+                found.old.push((k as u32, place as u32));
+            }
+        }
+        found.place = walk.map_or(found.place, |walk| Some(walk.place()));
+    }
+
+    /// Whether one of the patches that may stand does; it is laid then, with those of its batch.
+    #[inline(always)]
+    fn stands(&self, old: usize, nears: &Nears<'_, S>, found: &mut Found<S>) -> bool {
+        let batch = old / WIDTH;
+        if found.laid != Some(batch) {
+            found.laid = Some(batch);
+            self.lay(&found.old[batch * WIDTH..], nears, &mut found.batch);
+        }
+        found.batch.stand >> (old % WIDTH) & 1 == 1
+    }
+
+    /// Lays the first of some patches, the last of few as often as it takes.
+    #[inline]
+    fn lay(&self, some: &[(u32, u32)], nears: &Nears<'_, S>, batch: &mut Batch<S>) {
+        let old = std::array::from_fn(|lane| {
+            let (pair, place) = some[lane.min(some.len() - 1)];
+            let (seen, force) = (&self.before.seen[place as usize], &self.before.forces[place as usize]);
+            Old { seen, force, couple: nears.couple(pair as usize) }
+        });
+        batch.lay(&old, &self.ahead, self.h);
+    }
+
+    /// Adds the faces of a pair that stand, as they are laid: they do so together.
+    #[inline(always)]
+    fn add_again(
+        &self,
+        found: &mut Found<S>,
+        couple: &Couple<'_, S>,
+        known: Range<usize>,
+        old: usize,
+        nears: &Nears<'_, S>,
+    ) {
+        let met = self.met(found, couple, true);
+        for (place, lane) in known.zip(old..) {
+            self.stands(lane, nears, found);
+            let (count, lane) = (self.before.seen[place].names().len() as u8, lane % WIDTH);
+            let (friction, twisting) = found.friction(met.kind, found.batch.levers[lane]);
+            found.patches.push(&found.batch.patches[lane]).set_friction(friction, twisting);
+            let (normal, deepest) = (found.batch.normal(lane), found.batch.deepest[lane]);
+            let met = Met { seen: place as u32, count, normal, deepest, ..met };
+            found.add(met, Some(&self.before.forces[place]), self.h);
+        }
+    }
+
     /// A face of a pair, but for its points.
     #[inline]
     fn met(&self, found: &mut Found<S>, couple: &Couple<'_, S>, again: bool) -> Met<S> {
@@ -163,8 +242,21 @@ impl<S: Geometry> Finding<'_, S> {
             }
             (seen.count, seen.normal, seen.points) = (spots.count, spots.normal, spots.points);
             let rubbing = known.friction(&seen, &found.fresh[first..]);
-            let met = Met { seen: found.fresh.len() as u32, ..met };
-            found.add((self, couple), met, &Laid::of(&spots), |i| known.normal(seen.ids[i]), rubbing);
+            let mut normal = S::Points::all(0.0);
+            for (to, id) in normal.slice_mut().iter_mut().zip(seen.names()) {
+                *to = known.normal(*id);
+            }
+            let numbers = |force: &PatchForce<S>| (One(force).several(|f, k| f.friction[k]), force.twist);
+            let begun = Begun { normal, rubbing: rubbing.map(numbers) };
+            let outline = Outline::of_one(&spots);
+            let (laid, mut patch) = (Laid::of(&outline), Patch::none());
+            let places = [couple.a, couple.b].map(|mover| One(mover).several(|m, k| m.position[k]));
+            let lever = write_patches(&mut patch, (&outline, &laid), places, &begun, self.h);
+            let (count, normal, deepest) = (spots.count as u8, spots.normal, laid.deepest(&outline));
+            let met = Met { seen: found.fresh.len() as u32, count, normal, deepest, ..met };
+            let (friction, twisting) = found.friction(met.kind, lever);
+            found.patches.push(&patch).set_friction(friction, twisting);
+            found.add(met, rubbing, self.h);
             found.fresh.push(seen);
         }
         (found.members, found.points) = (members, points);

@@ -5,6 +5,7 @@
 //! the last sweep was.
 
 mod again;
+mod batch;
 mod face;
 mod find;
 mod given;
@@ -27,7 +28,7 @@ use crate::impact::Impacts;
 use crate::integrate::{Loads, Step};
 use crate::joint::JointImpulse;
 use crate::material::Coefficients;
-use crate::narrow_phase::{NarrowPhase, Touch, take};
+use crate::narrow_phase::{Chunk, NarrowPhase, Touch, take};
 use crate::observe::accounts::{Accounts, Cause};
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
@@ -62,7 +63,7 @@ pub struct SoftStep<S: Geometry> {
     /// Their coefficients.
     kinds: Vec<Coefficients>,
     tally: Tally,
-    found: Memory<Found<S>>,
+    found: Memory<Chunk<Found<S>>>,
     /// The faces' points as touches, made when asked for.
     touches: OnceLock<Vec<Touch<S>>>,
     /// Record of each body: 0 for obstacles at rest, `u32::MAX` for bodies that touch nothing. Those of fixed bodies may be

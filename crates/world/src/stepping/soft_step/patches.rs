@@ -1,51 +1,75 @@
 //! Patches of faces, about the mean of their points, with the forces that they had; and back: what is remembered of a step.
 
 use super::SoftStep;
-use super::face::{Face, Laid};
+use super::face::{Face, Laid, Outline};
 use super::memory::{PatchForce, Seen};
-use super::motion::narrow;
-use crate::ahead::{Couple, Mover};
 use crate::material::Coefficients;
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
-use carom_math::{Column, Several};
-use carom_solver::soft::{Last, Patch, Rare, SoftChoice};
+use carom_math::wide::{inner, minus};
+use carom_math::{Column, Precise, Several};
+use carom_solver::soft::{APART, Last, Numbers, Rare, SoftChoice};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Writes a patch with the normal forces of its points and the friction that it starts from.
+/// What patches start from.
+pub(super) struct Begun<S: Geometry, R: Precise> {
+    /// Normal forces of their points \[N\].
+    pub normal: S::Points<R>,
+    /// Friction on bodies a in world axes \[N\], and its torque about the normal \[N m\]; none where no patch has any.
+    pub rubbing: Option<(S::Vectors<R>, R)>,
+}
+
+/// Writes patches with what they start from, but for their coefficients; tells their levers of friction about the normal \[m\].
 #[inline(always)]
-pub(super) fn write_patch<S: Geometry>(
-    patch: &mut Patch<S>,
-    (couple, laid): (&Couple<'_, S>, &Laid<S>),
-    c: &Coefficients,
-    (force, rubbing): (impl Fn(usize) -> f64, Option<&PatchForce<S>>),
+pub(super) fn write_patches<S: Geometry, R: Precise>(
+    to: &mut impl Numbers<S, Number = R::Narrow>,
+    (outline, laid): (&Outline<S, R>, &Laid<S, R>),
+    places: [S::Vectors<R>; 2],
+    begun: &Begun<S, R>,
     h: f32,
-) {
-    let (n, tangents) = (laid.count, &laid.tangents);
-    let arm = |mover: &Mover<S>| narrow(laid.centre - mover.position);
-    patch.set_place(narrow(laid.normal), arm(couple.a), arm(couple.b));
-    let mut lever = 0.0_f32;
+) -> R {
+    let (zero, h) = (outline.count.constant(0.0), outline.count.constant(h));
+    let apart = outline.count.constant(APART);
+    let (arm_a, arm_b) = (minus(&laid.centre, &places[0]), minus(&laid.centre, &places[1]));
+    to.set_place(narrowed(&laid.normal), narrowed(&arm_a), narrowed(&arm_b));
+    let mut lever = zero;
     for i in 0..S::Points::<f64>::LEN {
-        if i >= n {
-            continue;
+        let mut place = laid.places[i];
+        for k in 0..S::SLIP {
+            place[k] = outline.where_has(i, place[k].rounded(), zero);
         }
         // points lie across the normal
-        lever += laid.places[i].slice().iter().map(|x| x * x).sum::<f32>().sqrt();
-        patch.set_point(i, laid.places[i], laid.gaps[i] as f32);
-        patch.press(i, force(i) as f32 * h);
+        if S::SPIN > S::SLIP {
+            let mut square = (place[0] * place[0]).rounded();
+            for k in 1..S::SLIP {
+                square = (square + (place[k] * place[k]).rounded()).rounded();
+            }
+            lever = (lever + square.root().rounded()).rounded();
+        }
+        let gap = outline.where_has(i, laid.gaps[i].choose(apart, laid.gaps[i], apart), apart);
+        to.set_point(i, narrowed(&place), gap.narrow());
+        to.press(i, outline.where_has(i, begun.normal[i].rounded() * h, zero).narrow());
     }
-    let lever = if S::SPIN > S::SLIP { lever / n as f32 } else { 0.0 };
-    patch.set_friction(c.friction as f32, c.friction as f32 * lever + c.spinning as f32);
-    if let Some(force) = rubbing {
-        for (m, tangent) in tangents.iter().enumerate().take(S::SLIP) {
-            let along = (0..S::DIM).map(|c| tangent[c] * force.friction[c]).sum::<f64>();
-            patch.rub(m, along as f32 * h);
+    if let Some((friction, twist)) = &begun.rubbing {
+        for k in 0..S::SLIP {
+            to.rub(k, (inner(&laid.tangents[k], friction).rounded() * h).narrow());
         }
         if S::SPIN > S::SLIP {
-            patch.rub(S::SLIP, force.twist as f32 * h);
+            to.rub(S::SLIP, (twist.rounded() * h).narrow());
         }
     }
+    (lever / outline.count).rounded()
+}
+
+/// Numbers in f32.
+#[inline(always)]
+fn narrowed<R: Precise, A: Several<R>, B: Several<R::Narrow>>(numbers: &A) -> B {
+    let mut out = B::all(numbers[0].narrow());
+    for k in 1..A::LEN {
+        out[k] = numbers[k].narrow();
+    }
+    out
 }
 
 /// What a patch needs and few do.

@@ -19,11 +19,16 @@ impl Tally {
     /// Adds a face.
     #[inline]
     pub fn add<S: Geometry>(&mut self, met: &Met<S>, coefficients: &Coefficients) {
-        let (a, b) = met.pair();
+        self.points += usize::from(met.count);
+        if self.deepest.is_none_or(|known| met.deepest < known.0) {
+            let (a, b) = met.pair();
+            self.deepest = Some((met.deepest, a, b));
+        }
         let turned = coefficients.tangential_restitution;
-        let turns_slip = (turned > 0.0).then_some((turned, a, b));
-        let points = usize::from(met.count);
-        self.join(&Tally { points, deepest: Some((met.deepest, a, b)), turns_slip });
+        if turned > 0.0 && self.turns_slip.is_none() {
+            let (a, b) = met.pair();
+            self.turns_slip = Some((turned, a, b));
+        }
     }
 
     /// Adds those of the faces that come next.
