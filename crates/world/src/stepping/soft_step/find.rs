@@ -1,7 +1,7 @@
 //! From pairs that may touch to faces of contact and the patches that the lanes solve: points that stand are used again, others
 //! are found and divided by their normals, four to a face in space and two in the plane.
 
-use super::batch::{Batch, Old};
+use super::batch::{ALL, Batch, Old, ask};
 use super::face::{Laid, Met, NONE, Outline, Spots};
 use super::memory::{PatchForce, PatchList, Seen, Walk};
 use super::patches::{Begun, Known, rare_of, write_patches};
@@ -13,7 +13,7 @@ use crate::narrow_phase::{Finder, Nears, contact_id};
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::lanes::WIDTH;
 use carom_math::{Column, Rotation, Several};
-use carom_solver::soft::{Patch, Patches};
+use carom_solver::soft::{EightPatches, Patch, Patches};
 use std::ops::Range;
 
 /// Normals whose cosine is above this are one: a milliradian apart.
@@ -48,12 +48,14 @@ pub(super) struct Found<S: Geometry> {
     /// Room for a pair's points, and for the names of a face's.
     points: Vec<ContactPoint<S>>,
     members: Vec<S::Points<u32>>,
-    /// Patches that some pairs had in the step before, and of those that may stand their pair and their place.
+    /// Patches that some pairs had in the step before; of those that may stand their pair and their place, and where they are laid.
     known: Vec<Recalled>,
     old: Vec<(u32, u32)>,
-    /// Eight of those, and which eight.
-    batch: Batch<S>,
-    laid: Option<usize>,
+    slots: Vec<u32>,
+    batches: Vec<Batch<S>>,
+    /// Room for those that stand beside others that do not, and for a batch.
+    few: Vec<u32>,
+    room: EightPatches<S>,
 }
 
 /// Patches that a pair had in the step before.
@@ -69,8 +71,25 @@ struct Recalled {
 impl<S: Geometry> Default for Found<S> {
     fn default() -> Self {
         let (met, fresh, kinds, tally, place, surfaces, points, members) = Default::default();
-        let (patches, known, old, batch, laid) = Default::default();
-        Found { met, patches, fresh, kinds, tally, place, surfaces, points, members, known, old, batch, laid }
+        let (patches, known, old, slots, batches, few) = Default::default();
+        let room = EightPatches::default();
+        Found {
+            met,
+            patches,
+            fresh,
+            kinds,
+            tally,
+            place,
+            surfaces,
+            points,
+            members,
+            known,
+            old,
+            slots,
+            batches,
+            few,
+            room,
+        }
     }
 }
 
@@ -116,16 +135,16 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
 
     fn look(&self, nears: &Nears<'_, S>, found: &mut Found<S>) {
         self.recall(nears, found);
+        self.sift(nears, found);
         let mut next = 0;
         for k in 0..nears.count() {
             let Recalled { first, count, may_stand } = found.known[k];
             let (known, old) = (first as usize..(first + count) as usize, next);
-            if may_stand {
-                next += known.len();
-                if self.stands(old, nears, found) {
-                    self.add_again(found, &nears.couple(k), known, old, nears);
-                    continue;
-                }
+            next += if may_stand { known.len() } else { 0 };
+            // all of a pair stand or fall together
+            if may_stand && found.slots[old] != NONE {
+                self.add_again(found, &nears.couple(k), known, old);
+                continue;
             }
             found.points.clear();
             let near = nears.near(k);
@@ -145,7 +164,6 @@ impl<S: Geometry> Finding<'_, S> {
     fn recall(&self, nears: &Nears<'_, S>, found: &mut Found<S>) {
         found.known.clear();
         found.old.clear();
-        found.laid = None;
         let mut walk = None;
         for k in 0..nears.count() {
             let couple = nears.couple(k);
@@ -163,46 +181,55 @@ impl<S: Geometry> Finding<'_, S> {
         found.place = walk.map_or(found.place, |walk| Some(walk.place()));
     }
 
-    /// Whether one of the patches that may stand does; it is laid then, with those of its batch.
-    #[inline(always)]
-    fn stands(&self, old: usize, nears: &Nears<'_, S>, found: &mut Found<S>) -> bool {
-        let batch = old / WIDTH;
-        if found.laid != Some(batch) {
-            found.laid = Some(batch);
-            self.lay(&found.old[batch * WIDTH..], nears, &mut found.batch);
+    /// Asks which of the patches stand, and lays them.
+    fn sift(&self, nears: &Nears<'_, S>, found: &mut Found<S>) {
+        let Found { old, batches, slots, few, room, .. } = found;
+        let (step, mut full) = ((&self.ahead, self.h), 0);
+        slots.clear();
+        few.clear();
+        for first in (0..old.len()).step_by(WIDTH) {
+            let count = WIDTH.min(old.len() - first);
+            let eight = self.eight(nears, |lane| old[first + lane.min(count - 1)]);
+            let stand = ask(&eight, step, another(batches, full), room);
+            if stand == ALL {
+                slots.extend((0..count).map(|lane| (full * WIDTH + lane) as u32));
+                full += 1;
+                continue;
+            }
+            let stand = (0..count).filter(|lane| stand >> lane & 1 == 1);
+            few.extend(stand.map(|lane| (first + lane) as u32));
+            slots.extend((0..count).map(|_| NONE));
         }
-        found.batch.stand >> (old % WIDTH) & 1 == 1
+        for (some, batch) in few.chunks(WIDTH).zip(full..) {
+            let eight = self.eight(nears, |lane| old[some[lane.min(some.len() - 1)] as usize]);
+            another(batches, batch).lay(&eight, self.h, room);
+            for (k, slot) in some.iter().zip(batch * WIDTH..) {
+                slots[*k as usize] = slot as u32;
+            }
+        }
     }
 
-    /// Lays the first of some patches, the last of few as often as it takes.
+    /// Eight patches by their pairs and places.
     #[inline]
-    fn lay(&self, some: &[(u32, u32)], nears: &Nears<'_, S>, batch: &mut Batch<S>) {
-        let old = std::array::from_fn(|lane| {
-            let (pair, place) = some[lane.min(some.len() - 1)];
+    fn eight<'b>(&'b self, nears: &Nears<'b, S>, one: impl Fn(usize) -> (u32, u32)) -> [Old<'b, S>; WIDTH] {
+        std::array::from_fn(|lane| {
+            let (pair, place) = one(lane);
             let (seen, force) = (&self.before.seen[place as usize], &self.before.forces[place as usize]);
             Old { seen, force, couple: nears.couple(pair as usize) }
-        });
-        batch.lay(&old, &self.ahead, self.h);
+        })
     }
 
-    /// Adds the faces of a pair that stand, as they are laid: they do so together.
+    /// Adds the faces of a pair that stand, as they are laid.
     #[inline(always)]
-    fn add_again(
-        &self,
-        found: &mut Found<S>,
-        couple: &Couple<'_, S>,
-        known: Range<usize>,
-        old: usize,
-        nears: &Nears<'_, S>,
-    ) {
+    fn add_again(&self, found: &mut Found<S>, couple: &Couple<'_, S>, known: Range<usize>, first: usize) {
         let met = self.met(found, couple, true);
-        for (place, lane) in known.zip(old..) {
-            self.stands(lane, nears, found);
-            let (count, lane) = (self.before.seen[place].names().len() as u8, lane % WIDTH);
-            let (friction, twisting) = found.friction(met.kind, found.batch.levers[lane]);
-            found.patches.push(&found.batch.patches[lane]).set_friction(friction, twisting);
-            let (normal, deepest) = (found.batch.normal(lane), found.batch.deepest[lane]);
-            let met = Met { seen: place as u32, count, normal, deepest, ..met };
+        for (place, old) in known.zip(first..) {
+            let slot = found.slots[old] as usize;
+            let (batch, lane) = (&found.batches[slot / WIDTH], slot % WIDTH);
+            let (count, deepest) = (self.before.seen[place].names().len() as u8, batch.deepest[lane]);
+            let met = Met { seen: place as u32, count, normal: batch.normal(lane), deepest, ..met };
+            let (friction, twisting) = found.friction(met.kind, batch.levers[lane]);
+            found.patches.push(&batch.patches[lane]).set_friction(friction, twisting);
             found.add(met, Some(&self.before.forces[place]), self.h);
         }
     }
@@ -261,6 +288,14 @@ impl<S: Geometry> Finding<'_, S> {
         }
         (found.members, found.points) = (members, points);
     }
+}
+
+/// A batch of a list, with those before it.
+fn another<S: Geometry>(batches: &mut Vec<Batch<S>>, k: usize) -> &mut Batch<S> {
+    if batches.len() <= k {
+        batches.resize_with(k + 1, Batch::default);
+    }
+    &mut batches[k]
 }
 
 /// A face without points that is seen now.
