@@ -6,7 +6,7 @@ use crate::core_planar::{PlanarCore, edge_normal};
 use crate::geometry::{Aabb, ContactPoint, Guess};
 use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches, scale};
 use crate::polygons;
-use carom_math::{Column, Planar, Pose, Rotation, Vec2, vec2};
+use carom_math::{Column, Planar, Pose, Rotation, Tuple, Vec2, vec2};
 
 /// Two gaps closer than this fraction of the scale are the same to rounding \[1\].
 pub const ROUNDING: f64 = 4e-15;
@@ -37,6 +37,10 @@ impl Kernel for Planar {
         (corners[best], best as u32)
     }
     fn bounds_of(core: &PlanarCore, pose: &Pose<Planar>) -> Aabb<Planar> {
+        if let Some(ring) = core.rows() {
+            let [min, max] = polygons::spans(ring, &pose.rotation);
+            return Aabb { min: pose.position + Tuple(min), max: pose.position + Tuple(max) };
+        }
         let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for corner in core.corners() {
             let turned = pose.rotation.rotate(*corner);

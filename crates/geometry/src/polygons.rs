@@ -8,7 +8,7 @@ use crate::geometry::ContactPoint;
 use crate::kernel::{Label, NONE, Separation, Swept, Touch, mix};
 use crate::pair_planar::{End, ROUNDING, SAME_END, between_ends};
 use carom_math::lanes::{Four, Job, Lanes, dispatch};
-use carom_math::{Column, Planar, Rotation, Vec2, vec2};
+use carom_math::{Column, Planar, Rotation, Turn, Vec2, Wide, vec2};
 
 /// Appends the contact points of two cores with gaps up to `margin` \[m\], their names distinct; false where one has too
 /// many corners, or both are points.
@@ -174,6 +174,33 @@ fn largest<F: Four, const N: usize>(values: &[F; N]) -> f64 {
     let [a, b, c, d] = most.store();
     let (one, other) = (if a > b { a } else { b }, if c > d { c } else { d });
     if one > other { one } else { other }
+}
+
+/// Least and most of each coordinate of a ring's corners, turned about its frame's origin \[m\].
+pub fn spans(ring: &Rows, turn: &Turn) -> [[f64; 2]; 2] {
+    dispatch(Spans(ring, turn))
+}
+
+struct Spans<'a>(&'a Rows, &'a Turn);
+
+/// A row's corners, turned.
+#[inline(always)]
+fn turned<L: Lanes>(lanes: L, turn: &[L::Four; 2], row: &Row) -> [L::Four; 2] {
+    let [x, y] = &row.corner;
+    Planar::rotated(turn, &[lanes.four(x), lanes.four(y)])
+}
+
+impl Job for Spans<'_> {
+    type Output = [[f64; 2]; 2];
+    #[inline(always)]
+    fn work<L: Lanes>(self, lanes: L) -> [[f64; 2]; 2] {
+        let Spans(ring, Turn([c, s])) = self;
+        let turn = [lanes.four_of(*c), lanes.four_of(*s)];
+        let [first, second] = &ring.rows;
+        let ([x, y], [u, v]) = (turned(lanes, &turn, first), turned(lanes, &turn, second));
+        let (left, low) = (largest(&[-x, -u]), largest(&[-y, -v]));
+        [[-left, -low], [largest(&[x, u]), largest(&[y, v])]]
+    }
 }
 
 /// The places, bit by bit, of values that are no less than one.
@@ -358,16 +385,37 @@ impl<const A: usize, const B: usize> Posed<A, B> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Aabb;
+    use crate::kernel::Kernel;
+    use carom_math::Pose;
     use carom_math::lanes::Portable;
-    use carom_math::{Pose, Turn};
+
+    /// A polygon of equal sides.
+    fn polygon(corners: usize) -> PlanarCore {
+        let turn = |k: usize| Turn::from_angle(std::f64::consts::TAU * k as f64 / corners as f64);
+        PlanarCore::polygon((0..corners).map(|k| turn(k).rotate(vec2(0.5, 0.1))).collect())
+    }
+
+    #[test]
+    fn boxes_of_rings_are_those_of_their_corners() {
+        for core in [3, 4, 5, 8, 9].map(polygon) {
+            for k in 0..60 {
+                let pose = Pose::new(vec2(0.9, 1e3), Turn::from_angle(0.11 * f64::from(k)));
+                let of_ring = Planar::bounds_of(&core, &pose);
+                let mut corners = core.corners().iter().map(|corner| Aabb::of_point(pose.to_world(*corner)));
+                let first = corners.next().expect("a corner");
+                assert_eq!(of_ring, corners.fold(first, |all, one| all.union(&one)));
+                if let Some(ring) = core.rows() {
+                    let (all, own) = (Spans(ring, &pose.rotation), Spans(ring, &pose.rotation));
+                    assert_eq!(dispatch(all), Portable.run(own));
+                }
+            }
+        }
+    }
 
     #[test]
     fn every_processor_finds_the_same_bits() {
-        let ring = |n: usize| -> Vec<Vec2> {
-            let turn = |k: usize| Turn::from_angle(std::f64::consts::TAU * k as f64 / n as f64);
-            (0..n).map(|k| turn(k).rotate(vec2(0.5, 0.1))).collect()
-        };
-        let cores = [3, 4, 5, 8].map(|n| PlanarCore::polygon(ring(n)));
+        let cores = [3, 4, 5, 8].map(polygon);
         for (k, a) in cores.iter().enumerate() {
             for (l, b) in cores.iter().enumerate() {
                 for turn in 0..60 {
