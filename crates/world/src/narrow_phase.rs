@@ -237,7 +237,7 @@ impl<S: Geometry> NarrowPhase<S> {
             let boxes = (self.bounds.as_slice(), self.movable.as_slice());
             let (bounds, margins, movers) = (&self.bounds, &self.margins, &self.movers);
             let meeting = Meeting { bounds, margins, movers, joints: &bodies.joints, soft, dt: ahead.dt };
-            let meets = |i: usize, j: usize| meeting.of(i, j).is_some();
+            let meets = |i: usize, j: usize| meeting.meets(i, j);
             self.lasting.update(&mut self.broad, boxes, changed, &meets)
         } else {
             self.lasting.forget();
@@ -405,22 +405,44 @@ impl<'a, S: Geometry> Meeting<'a, S> {
         Couple { a: &self.movers[i], b: &self.movers[j] }
     }
 
+    /// A pair whose boxes overlap and that may meet, with the margins of both boxes \[m\].
+    #[inline(always)]
+    fn may(&self, i: usize, j: usize) -> Option<(Couple<'a, S>, f64)> {
+        let couple = self.couple(i, j);
+        let (a, b) = couple.indices();
+        let boxes = self.bounds[i].overlaps(&self.bounds[j]);
+        let may = boxes && couple.may_meet() && !self.joints.keeps_apart(a, b);
+        may.then(|| (couple, self.margins[i] + self.margins[j]))
+    }
+
+    /// The distance of their boxes without margins \[m\].
+    #[inline(always)]
+    fn gap(&self, i: usize, j: usize, margin: f64) -> f64 {
+        self.bounds[i].apart(&self.bounds[j]) + margin
+    }
+
     /// Up to which gap \[m\] contacts of a pair are looked for; nothing where it has none.
     #[inline(always)]
     fn of(&self, i: usize, j: usize) -> Option<f64> {
-        let couple = self.couple(i, j);
-        let (a, b) = couple.indices();
-        if !(self.bounds[i].overlaps(&self.bounds[j]) && couple.may_meet() && !self.joints.keeps_apart(a, b))
-        {
-            return None;
-        }
-        let margin = self.margins[i] + self.margins[j];
+        let (couple, margin) = self.may(i, j)?;
         if !self.soft || margin <= couple.least_margin() {
             return Some(margin);
         }
-        let gap = self.bounds[i].apart(&self.bounds[j]) + margin;
-        let margin = margin.min(couple.approach(self.dt, closing(One(&couple.by_size()))));
-        (gap <= margin).then_some(margin)
+        let within = margin.min(couple.approach(self.dt, closing(One(&couple.by_size()))));
+        (self.gap(i, j, margin) <= within).then_some(within)
+    }
+
+    /// Whether a pair has such a gap: how fast it closes matters only where it is not near anyway.
+    #[inline(always)]
+    fn meets(&self, i: usize, j: usize) -> bool {
+        let Some((couple, margin)) = self.may(i, j) else { return false };
+        let least = couple.least_margin();
+        if !self.soft || margin <= least {
+            return true;
+        }
+        let gap = self.gap(i, j, margin);
+        let near = |within: f64| gap <= margin.min(within);
+        near(least) || near(couple.approach(self.dt, closing(One(&couple.by_size()))))
     }
 }
 
