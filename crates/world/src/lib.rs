@@ -17,6 +17,7 @@ pub mod integrate;
 pub mod joint;
 mod lasting;
 pub mod material;
+mod meeting;
 pub mod mid_step;
 pub mod narrow_phase;
 pub mod observe;

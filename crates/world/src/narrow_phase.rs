@@ -1,12 +1,11 @@
 //! From bodies that are near to contacts with names, gaps and coefficients. Knows no velocities' future:
 //! what a contact means for the motion is the scheme's matter.
 
-use crate::abreast::One;
-use crate::ahead::{Ahead, Couple, Mover, closing};
+use crate::ahead::{Ahead, Couple, Mover};
 use crate::bodies::Bodies;
-use crate::joint::Joints;
 use crate::lasting::Lasting;
 use crate::material::Coefficients;
+use crate::meeting::Meeting;
 use crate::remembered::Remembered;
 use crate::settings::{Scheme, Settings};
 use carom_geometry::broad_phase::{BroadPhase, Changed};
@@ -385,64 +384,6 @@ impl<S: Geometry> NarrowPhase<S> {
         self.margins[k] = room.margin;
         self.poses[k] = room.pose;
         self.bounds[k] = room.bounds;
-    }
-}
-
-/// Who meets whom in a step: what is asked of pairs whose boxes may overlap.
-struct Meeting<'a, S: Geometry> {
-    bounds: &'a [Aabb<S>],
-    margins: &'a [f64],
-    movers: &'a [Mover<S>],
-    joints: &'a Joints<S>,
-    /// They meet by their approach where that is less than the margins of their boxes.
-    soft: bool,
-    dt: f64,
-}
-
-impl<'a, S: Geometry> Meeting<'a, S> {
-    #[inline(always)]
-    fn couple(&self, i: usize, j: usize) -> Couple<'a, S> {
-        Couple { a: &self.movers[i], b: &self.movers[j] }
-    }
-
-    /// A pair whose boxes overlap and that may meet, with the margins of both boxes \[m\].
-    #[inline(always)]
-    fn may(&self, i: usize, j: usize) -> Option<(Couple<'a, S>, f64)> {
-        let couple = self.couple(i, j);
-        let (a, b) = couple.indices();
-        let boxes = self.bounds[i].overlaps(&self.bounds[j]);
-        let may = boxes && couple.may_meet() && !self.joints.keeps_apart(a, b);
-        may.then(|| (couple, self.margins[i] + self.margins[j]))
-    }
-
-    /// The distance of their boxes without margins \[m\].
-    #[inline(always)]
-    fn gap(&self, i: usize, j: usize, margin: f64) -> f64 {
-        self.bounds[i].apart(&self.bounds[j]) + margin
-    }
-
-    /// Up to which gap \[m\] contacts of a pair are looked for; nothing where it has none.
-    #[inline(always)]
-    fn of(&self, i: usize, j: usize) -> Option<f64> {
-        let (couple, margin) = self.may(i, j)?;
-        if !self.soft || margin <= couple.least_margin() {
-            return Some(margin);
-        }
-        let within = margin.min(couple.approach(self.dt, closing(One(&couple.by_size()))));
-        (self.gap(i, j, margin) <= within).then_some(within)
-    }
-
-    /// Whether a pair has such a gap: how fast it closes matters only where it is not near anyway.
-    #[inline(always)]
-    fn meets(&self, i: usize, j: usize) -> bool {
-        let Some((couple, margin)) = self.may(i, j) else { return false };
-        let least = couple.least_margin();
-        if !self.soft || margin <= least {
-            return true;
-        }
-        let gap = self.gap(i, j, margin);
-        let near = |within: f64| gap <= margin.min(within);
-        near(least) || near(couple.approach(self.dt, closing(One(&couple.by_size()))))
     }
 }
 

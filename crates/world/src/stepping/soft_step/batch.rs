@@ -78,8 +78,7 @@ impl<S: Geometry> Job for Asking<'_, S> {
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) -> u32 {
         let sights = [sights(self.old, 0), sights(self.old, HALF)];
-        let [one, other] = &sights;
-        let together = [Together::between(Quartet(lanes, one)), Together::between(Quartet(lanes, other))];
+        let together = moved(lanes, &sights);
         let mut stand = 0;
         for (together, first) in together.iter().zip([0, HALF]) {
             let by_size = |k: usize| self.old[first + k].couple.by_size();
@@ -104,6 +103,15 @@ fn sights<'a, S: Geometry>(old: &[Old<'a, S>; WIDTH], first: usize) -> [Sight<'a
     [sight(0), sight(1), sight(2), sight(3)]
 }
 
+/// How the bodies of both halves moved since they were looked at.
+#[inline(always)]
+fn moved<S: Geometry, L: Lanes>(
+    lanes: L,
+    [one, other]: &[[Sight<'_, S>; HALF]; 2],
+) -> [Together<S, L::Four>; 2] {
+    [Together::between(Quartet(lanes, one)), Together::between(Quartet(lanes, other))]
+}
+
 /// Lays a batch.
 struct Laying<'a, S: Geometry> {
     old: &'a [Old<'a, S>; WIDTH],
@@ -117,8 +125,7 @@ impl<S: Geometry> Job for Laying<'_, S> {
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
         let sights = [sights(self.old, 0), sights(self.old, HALF)];
-        let [one, other] = &sights;
-        let together = [Together::between(Quartet(lanes, one)), Together::between(Quartet(lanes, other))];
+        let together = moved(lanes, &sights);
         self.lay(lanes, &sights, &together);
     }
 }
