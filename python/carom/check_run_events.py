@@ -1,11 +1,10 @@
 """The part of a run's check that looks at steps of the scheme "events": each body's way through a step is
 repeated piece by piece, flow by flow and impact by impact, from the state before the step and the recorded
 impulses alone (theory eqs. 8.1 to 8.3). Where it ends must be the state after the step; velocities, works and
-the law of contact are those that the repetition finds on the way. numpy alone. Long because the repetition is
-one way through a step, whose pieces share what they know of it.
+the law of contact are those that the repetition finds on the way. numpy alone.
 
 Bounds are rounding, as for other schemes (`check_run_steps`); the contact law is bounded by the recorded
-residual. Long because a way, and what contacts do on it, are one matter.
+residual. Long because the repetition is one way through a step, whose pieces share what they know of it.
 """
 
 from __future__ import annotations

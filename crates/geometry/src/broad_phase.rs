@@ -7,7 +7,8 @@ use crate::geometry::Aabb;
 use crate::rows::{Rows, fits};
 use crate::size_class::SizeClass;
 use crate::tree::Tree;
-use carom_math::Space;
+use carom_math::workers::Memory;
+use carom_math::{Space, Workers};
 
 /// Which boxes may have changed since the update before; it decides nothing but the work, save that boxes that stand or
 /// sleep make no pairs with each other.
@@ -23,8 +24,14 @@ pub struct Changed<'a> {
     pub sleeps_as_before: bool,
 }
 
+/// Keeps those of some pairs that may pair, in their order; workers ask at once.
+pub type Sift<'a> = &'a (dyn Fn(&mut Vec<(u32, u32)>) + Sync);
+
+/// Boxes that a worker looks at together at a time; nothing depends on it but the time.
+pub(crate) const BOXES: usize = 128;
+
 /// Finds overlapping pairs; keeps its memory between updates, and the tree of what stands.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct BroadPhase<S: Space> {
     sizes: SizeClass,
     rows: Rows<S>,
@@ -45,6 +52,9 @@ pub struct BroadPhase<S: Space> {
     /// Every box, for who does not say which stand.
     every: Vec<u32>,
     found: Found,
+    /// What workers find of some boxes each, and what boxes without bounds meet.
+    offers: Memory<Offers>,
+    of_unbounded: Offers,
 }
 
 /// Boxes in a tree; item k of the tree is box `members[k]`.
@@ -69,6 +79,8 @@ impl<S: Space> Default for BroadPhase<S> {
             unbounded: Default::default(),
             every: Vec::new(),
             found: Found::default(),
+            offers: Memory::default(),
+            of_unbounded: Offers::default(),
         }
     }
 }
@@ -98,27 +110,29 @@ impl<S: Space> BroadPhase<S> {
         &mut self,
         bounds: &[Aabb<S>],
         movable: &[bool],
-        may_pair: &dyn Fn(usize, usize) -> bool,
+        may_pair: &(dyn Fn(usize, usize) -> bool + Sync),
     ) -> &[(u32, u32)] {
+        let sift = |pairs: &mut Vec<(u32, u32)>| pairs.retain(|(i, j)| may_pair(*i as usize, *j as usize));
         let mut every = std::mem::take(&mut self.every);
         every.clear();
         every.extend(0..bounds.len() as u32);
         let changed =
             Changed { others: &every, asleep: &[], stands_as_before: false, sleeps_as_before: false };
-        self.search(bounds, movable, changed, may_pair);
+        self.search((bounds, movable), changed, &sift, &Workers::default());
         self.every = every;
         &self.found.pairs
     }
 
-    /// The same where only some boxes may have changed since the update before, for work that goes with their number.
+    /// The same where only some boxes may have changed since the update before, for work that goes with their number; workers
+    /// share it.
     pub fn update_some(
         &mut self,
-        bounds: &[Aabb<S>],
-        movable: &[bool],
+        boxes: (&[Aabb<S>], &[bool]),
         changed: Changed<'_>,
-        may_pair: &dyn Fn(usize, usize) -> bool,
+        sift: Sift<'_>,
+        workers: &Workers,
     ) -> &[(u32, u32)] {
-        self.search(bounds, movable, changed, may_pair);
+        self.search(boxes, changed, sift, workers);
         &self.found.pairs
     }
 
@@ -129,10 +143,10 @@ impl<S: Space> BroadPhase<S> {
 
     fn search(
         &mut self,
-        bounds: &[Aabb<S>],
-        movable: &[bool],
+        (bounds, movable): (&[Aabb<S>], &[bool]),
         changed: Changed<'_>,
-        may_pair: &dyn Fn(usize, usize) -> bool,
+        sift: Sift<'_>,
+        workers: &Workers,
     ) {
         debug_assert_eq!(bounds.len(), movable.len());
         self.found.pairs.clear();
@@ -152,16 +166,15 @@ impl<S: Space> BroadPhase<S> {
             let alike = fits(&bounds[i as usize], size);
             if alike { self.alike.push(i) } else { self.others.members.push(i) }
         }
-        let found = &mut self.found;
-        let mut offer = |i: u32, j: u32| found.offer(i, j, may_pair);
-        if !self.rows.overlaps(&self.alike, bounds, size, &mut offer) {
+        let (offers, pairs) = (&mut self.offers, &mut self.found.pairs);
+        if !self.rows.overlaps((&self.alike, bounds, size), sift, (workers, offers), pairs) {
             // too close for rows
             self.found.pairs.clear();
             self.alike.clear();
             self.others.members.clone_from(&self.bounded);
         }
-        self.by_trees(bounds, may_pair);
-        self.by_all(bounds, movable, may_pair);
+        self.by_trees(bounds, sift, workers);
+        self.by_all(bounds, movable, sift);
         self.found.sort(bounds.len());
     }
 
@@ -198,43 +211,47 @@ impl<S: Space> BroadPhase<S> {
     }
 
     /// What moves against what stands or sleeps, and everything that moves against what is in the tree of others.
-    fn by_trees(&mut self, bounds: &[Aabb<S>], may_pair: &dyn Fn(usize, usize) -> bool) {
+    fn by_trees(&mut self, bounds: &[Aabb<S>], sift: Sift<'_>, workers: &Workers) {
         self.others.arrange(bounds);
         self.driven.arrange(bounds);
-        let found = &mut self.found;
-        for &i in &self.bounded {
-            self.standing.overlapping(&bounds[i as usize], |j| found.offer(i, j, may_pair));
-            self.driven.overlapping(&bounds[i as usize], |j| found.offer(i, j, may_pair));
-        }
-        if !self.asleep.members.is_empty() {
-            for &i in self.bounded.iter().chain(&self.driven.members) {
-                self.asleep.overlapping(&bounds[i as usize], |j| found.offer(i, j, may_pair));
+        let BroadPhase { standing, driven, asleep, others, bounded, alike, offers, found, .. } = self;
+        let (standing, driven, asleep, others) = (&*standing, &*driven, &*asleep, &*others);
+        let mut look = |some: &[u32], trees: &[&Group<S>], once: bool| {
+            if trees.iter().all(|tree| tree.members.is_empty()) {
+                return;
             }
-        }
-        if self.others.members.is_empty() {
-            return;
-        }
-        for &i in &self.alike {
-            self.others.overlapping(&bounds[i as usize], |j| found.offer(i, j, may_pair));
-        }
-        for &i in &self.others.members {
-            self.others.overlapping(&bounds[i as usize], |j| {
-                // two of them find each other twice
-                if j > i {
-                    found.offer(i, j, may_pair);
+            let find = |_, some: &[u32], offers: &mut Offers| {
+                offers.begin();
+                for &i in some {
+                    let query = &bounds[i as usize];
+                    for tree in trees {
+                        // two of one tree find each other twice
+                        tree.overlapping(query, |j| {
+                            if !once || j > i {
+                                offers.offer(i, j)
+                            }
+                        });
+                    }
                 }
-            });
-        }
+                offers.sift(sift);
+            };
+            workers.chunks(some, BOXES, offers, find, |offers| offers.append_to(&mut found.pairs));
+        };
+        look(bounded, &[standing, driven, asleep], false);
+        look(&driven.members, &[asleep], false);
+        look(alike, &[others], false);
+        look(&others.members, &[others], true);
     }
 
     /// Boxes without bounds against all others that may move against them.
-    fn by_all(&mut self, bounds: &[Aabb<S>], movable: &[bool], may_pair: &dyn Fn(usize, usize) -> bool) {
+    fn by_all(&mut self, bounds: &[Aabb<S>], movable: &[bool], sift: Sift<'_>) {
         let [stand, others] = &self.unbounded;
-        let found = &mut self.found;
+        let offers = &mut self.of_unbounded;
+        offers.begin();
         let mut look = |i: u32, list: &[u32]| {
             for &j in list {
                 if bounds[i as usize].overlaps(&bounds[j as usize]) {
-                    found.offer(i, j, may_pair);
+                    offers.offer(i, j);
                 }
             }
         };
@@ -251,13 +268,42 @@ impl<S: Space> BroadPhase<S> {
         }
         for (k, &i) in others.iter().enumerate() {
             for &j in others[k + 1..].iter().chain(stand) {
-                if (movable[i as usize] || movable[j as usize])
-                    && bounds[i as usize].overlaps(&bounds[j as usize])
-                {
-                    self.found.offer(i, j, may_pair);
+                if movable[i as usize] || movable[j as usize] {
+                    look(i, &[j]);
                 }
             }
         }
+        offers.sift(sift);
+        offers.append_to(&mut self.found.pairs);
+    }
+}
+
+/// What a worker finds of some boxes.
+#[derive(Debug, Default)]
+pub(crate) struct Offers {
+    pairs: Vec<(u32, u32)>,
+    /// How many boxes were looked at for it.
+    pub looks: usize,
+}
+
+impl Offers {
+    /// Nothing found yet.
+    pub fn begin(&mut self) {
+        self.pairs.clear();
+        self.looks = 0;
+    }
+    /// Adds two boxes.
+    #[inline]
+    pub fn offer(&mut self, i: u32, j: u32) {
+        self.pairs.push((i.min(j), i.max(j)));
+    }
+    /// Keeps the pairs that may pair.
+    pub fn sift(&mut self, sift: Sift<'_>) {
+        sift(&mut self.pairs);
+    }
+    /// Moves the pairs behind others.
+    pub fn append_to(&mut self, pairs: &mut Vec<(u32, u32)>) {
+        if pairs.is_empty() { std::mem::swap(pairs, &mut self.pairs) } else { pairs.append(&mut self.pairs) }
     }
 }
 
@@ -272,13 +318,6 @@ struct Found {
 }
 
 impl Found {
-    #[inline]
-    fn offer(&mut self, i: u32, j: u32, may_pair: &dyn Fn(usize, usize) -> bool) {
-        let (i, j) = (i.min(j), i.max(j));
-        if may_pair(i as usize, j as usize) {
-            self.pairs.push((i, j));
-        }
-    }
     /// Puts the pairs in lexicographic order: counted by their second box, then by their first. A few among many boxes
     /// are sorted as they are.
     fn sort(&mut self, boxes: usize) {

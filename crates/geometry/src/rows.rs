@@ -3,10 +3,13 @@
 //! cell; along the rows it is a sweep. Rows are counted modulo 2^16: rows far apart may fall together, which costs a look
 //! and changes nothing, for every pair is judged by its bounds. Knows no shapes; one text for both spaces.
 
+use crate::broad_phase::{BOXES, Offers, Sift};
 use crate::geometry::Aabb;
-use carom_math::Space;
 use carom_math::lanes::{Four, Job, Lanes, dispatch};
+use carom_math::workers::Memory;
+use carom_math::{Space, Workers};
 use std::marker::PhantomData;
+use std::ops::Range;
 
 /// A cell over the largest box \[1\]: more than what rounding makes of a place over the cell.
 const ROOM: f64 = 1.0 + 1e-6;
@@ -53,18 +56,30 @@ pub fn fits<S: Space>(bounds: &Aabb<S>, size: f64) -> bool {
 }
 
 impl<S: Space> Rows<S> {
-    /// Visits every pair of items whose boxes overlap or touch, once, in some order; all of the boxes fit `size`. False
-    /// when they lie too close for rows: pairs may be missing then.
+    /// Adds every pair of items whose boxes overlap or touch that are kept, once, in some order; all of the boxes fit `size`.
+    /// False when they lie too close for rows: pairs may be missing then.
     pub fn overlaps(
         &mut self,
-        items: &[u32],
-        bounds: &[Aabb<S>],
-        size: f64,
-        mut visit: impl FnMut(u32, u32),
+        (items, bounds, size): (&[u32], &[Aabb<S>], f64),
+        sift: Sift<'_>,
+        (workers, memory): (&Workers, &mut Memory<Offers>),
+        pairs: &mut Vec<(u32, u32)>,
     ) -> bool {
         let cell = size * ROOM;
         self.sort(items, bounds, cell);
-        dispatch(Sweep { rows: self, cell, looks: LOOKS * items.len(), visit: &mut visit })
+        let (rows, most, mut looks) = (&*self, LOOKS * items.len(), 0);
+        let starts = &rows.starts[..rows.starts.len() - 1];
+        let at_a_time = (starts.len() * BOXES).div_ceil(items.len().max(1)).max(1);
+        let find = |first: usize, some: &[(u32, u32)], offers: &mut Offers| {
+            offers.begin();
+            dispatch(Sweep { rows, cell, most, some: first..first + some.len(), offers: &mut *offers });
+            offers.sift(sift);
+        };
+        workers.chunks(starts, at_a_time, memory, find, |offers| {
+            looks += offers.looks;
+            offers.append_to(pairs);
+        });
+        looks <= most
     }
 
     fn sort(&mut self, items: &[u32], bounds: &[Aabb<S>], cell: f64) {
@@ -99,20 +114,21 @@ impl<S: Space> Rows<S> {
     }
 }
 
-/// The sweep over all rows; false when there were too many looks.
-struct Sweep<'a, S: Space, F> {
+/// The sweep over some rows; it ends early where there were too many looks.
+struct Sweep<'a, S: Space> {
     rows: &'a Rows<S>,
     cell: f64,
-    looks: usize,
-    visit: &'a mut F,
+    most: usize,
+    some: Range<usize>,
+    offers: &'a mut Offers,
 }
 
-impl<S: Space, F: FnMut(u32, u32)> Job for Sweep<'_, S, F> {
-    type Output = bool;
+impl<S: Space> Job for Sweep<'_, S> {
+    type Output = ();
     #[inline(always)]
-    fn work<L: Lanes>(mut self, lanes: L) -> bool {
+    fn work<L: Lanes>(mut self, lanes: L) {
         let starts = &self.rows.starts;
-        for r in 0..starts.len().saturating_sub(1) {
+        for r in self.some.clone() {
             let (row, first) = starts[r];
             let here = (first, starts[r + 1].1);
             let mut stretches = [None; 5];
@@ -125,15 +141,14 @@ impl<S: Space, F: FnMut(u32, u32)> Job for Sweep<'_, S, F> {
             }
             for (k, there) in stretches.iter().enumerate() {
                 if there.is_some_and(|there| !self.pairs(lanes, here, there, k == 0)) {
-                    return false;
+                    return;
                 }
             }
         }
-        true
     }
 }
 
-impl<S: Space, F: FnMut(u32, u32)> Sweep<'_, S, F> {
+impl<S: Space> Sweep<'_, S> {
     /// Visits the pairs between two stretches of keys, or within one. False when there were too many looks.
     #[inline(always)]
     fn pairs<L: Lanes>(&mut self, lanes: L, here: (u32, u32), there: (u32, u32), within: bool) -> bool {
@@ -170,16 +185,16 @@ impl<S: Space, F: FnMut(u32, u32)> Sweep<'_, S, F> {
                 }
                 let mut hits = apart ^ 15;
                 while hits != 0 {
-                    (self.visit)(keys[i].1, keys[begin + hits.trailing_zeros() as usize].1);
+                    let other = keys[begin + hits.trailing_zeros() as usize].1;
+                    self.offers.offer(keys[i].1, other);
                     hits &= hits - 1;
                 }
                 at = begin + AT_ONCE;
             }
-            let looked = at.saturating_sub(from);
-            if looked > self.looks {
+            self.offers.looks += at.saturating_sub(from);
+            if self.offers.looks > self.most {
                 return false;
             }
-            self.looks -= looked;
         }
         true
     }

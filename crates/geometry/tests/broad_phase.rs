@@ -3,7 +3,7 @@
 use crate::common::*;
 use carom_geometry::broad_phase::Changed;
 use carom_geometry::{Aabb, BroadPhase};
-use carom_math::{Column, Planar, Space, Spatial};
+use carom_math::{Column, Planar, Space, Spatial, Workers};
 
 fn all_pairs<S: Space>(
     bounds: &[Aabb<S>],
@@ -21,6 +21,11 @@ fn all_pairs<S: Space>(
         }
     }
     pairs
+}
+
+/// Keeps pairs one by one.
+fn sift(may_pair: &(dyn Fn(usize, usize) -> bool + Sync)) -> impl Fn(&mut Vec<(u32, u32)>) + Sync {
+    |pairs| pairs.retain(|(i, j)| may_pair(*i as usize, *j as usize))
 }
 
 /// Boxes of all kinds: many small, some large, some equal, some touching, some points, some unbounded.
@@ -203,6 +208,45 @@ fn boxes_that_only_touch_are_pairs() {
     counts_touching::<Spatial>();
 }
 
+/// Boxes alike in rows, larger ones in trees, some that stand and sleep: as many pairs on one thread as on several.
+fn several_workers_find_the_same_pairs<S: Space>() {
+    let mut random = Random::new(7);
+    let count = 1500;
+    let small = |random: &mut Random| {
+        let center = S::Vector::from_fn(|_| 20.0 * random.signed());
+        let half = S::Vector::from_fn(|_| 0.5 + 0.2 * random.unit());
+        Aabb { min: center - half, max: center + half }
+    };
+    let mut bounds: Vec<Aabb<S>> = (0..count).map(|_| small(&mut random)).collect();
+    bounds.extend(boxes::<S>(&mut random, 500));
+    let movable: Vec<bool> = (0..bounds.len()).map(|_| random.unit() < 0.8).collect();
+    let may_pair = |i: usize, j: usize| !(i + 2 * j).is_multiple_of(7);
+    let asleep: Vec<u32> =
+        (0..bounds.len() as u32).filter(|i| i % 9 == 0 && bounds[*i as usize].is_finite()).collect();
+    let others: Vec<u32> = (0..bounds.len() as u32)
+        .filter(|i| asleep.binary_search(i).is_err() && (movable[*i as usize] || i % 5 == 0))
+        .collect();
+    let changed =
+        Changed { others: &others, asleep: &asleep, stands_as_before: false, sleeps_as_before: false };
+    let pairs = |threads: usize| {
+        let (mut phase, workers) = (BroadPhase::<S>::new(), Workers::new(threads).unwrap());
+        phase.update_some((&bounds, &movable), changed, &sift(&may_pair), &workers).to_vec()
+    };
+    let alone = pairs(1);
+    assert!(alone.len() > 1000, "{}", alone.len());
+    for threads in [2, 3, 8] {
+        assert_eq!(pairs(threads), alone, "{threads} threads");
+    }
+    let mut phase = BroadPhase::<S>::new();
+    assert_eq!(phase.update(&bounds, &movable, &may_pair), all_pairs(&bounds, &movable, &may_pair));
+}
+
+#[test]
+fn any_number_of_workers_finds_the_same_pairs() {
+    several_workers_find_the_same_pairs::<Planar>();
+    several_workers_find_the_same_pairs::<Spatial>();
+}
+
 /// Told which boxes stand, and that they stand as before, it finds the same pairs as when it looks at all of them.
 fn standing_boxes_cost_no_look_and_no_pair<S: Space>() {
     let mut random = Random::new(91);
@@ -214,7 +258,7 @@ fn standing_boxes_cost_no_look_and_no_pair<S: Space>() {
         let others: Vec<u32> =
             (0..count as u32).filter(|i| movable[*i as usize] || random.unit() < 0.1).collect();
         let may_pair = |i: usize, j: usize| !(i + 2 * j).is_multiple_of(7);
-        let mut phase = BroadPhase::<S>::new();
+        let (mut phase, workers) = (BroadPhase::<S>::new(), Workers::default());
         for step in 0..4 {
             let changed = Changed {
                 others: &others,
@@ -222,7 +266,7 @@ fn standing_boxes_cost_no_look_and_no_pair<S: Space>() {
                 stands_as_before: step > 0,
                 sleeps_as_before: step > 0,
             };
-            let told = phase.update_some(&bounds, &movable, changed, &may_pair);
+            let told = phase.update_some((&bounds, &movable), changed, &sift(&may_pair), &workers);
             assert_eq!(told, all_pairs(&bounds, &movable, &may_pair), "round {round}, step {step}");
             let fresh = boxes::<S>(&mut random, count);
             for i in others.iter().map(|i| *i as usize) {
@@ -248,7 +292,7 @@ fn sleeping_boxes_make_pairs_with_what_is_awake_alone<S: Space>() {
         let may_pair = |i: usize, j: usize| !(i + 2 * j).is_multiple_of(7);
         let driven: Vec<bool> = (0..count).map(|_| random.unit() < 0.2).collect();
         let mut sleeps = vec![false; count];
-        let mut phase = BroadPhase::<S>::new();
+        let (mut phase, workers) = (BroadPhase::<S>::new(), Workers::default());
         for step in 0..6 {
             let again = step % 2 == 0; // who sleeps changes at every other step, and nothing else does then
             if again {
@@ -271,7 +315,7 @@ fn sleeping_boxes_make_pairs_with_what_is_awake_alone<S: Space>() {
             let is_awake = |i: usize| (movable[i] || driven[i]) && !sleeps[i];
             let expected =
                 all_pairs(&bounds, &movable, &|i, j| may_pair(i, j) && (is_awake(i) || is_awake(j)));
-            let told = phase.update_some(&bounds, &movable, changed, &may_pair);
+            let told = phase.update_some((&bounds, &movable), changed, &sift(&may_pair), &workers);
             assert_eq!(told, expected, "round {round}, step {step}");
             let fresh = boxes::<S>(&mut random, count);
             for i in others.iter().map(|i| *i as usize) {

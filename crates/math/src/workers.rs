@@ -61,22 +61,22 @@ impl Workers {
         }
     }
 
-    /// Works over items in chunks of `size`: `work` gets the place of a chunk's first item, its items, and a memory as `join`
-    /// left it; `join` gets the memories in the order of the chunks. One worker has one chunk, and so have few items.
-    pub fn chunks<I: Sync, M: Default + Send>(
+    /// Works over items in chunks of `size`: `work` gets the place of a chunk's first item, its items, and a memory as it was left;
+    /// the memories are the parts of `memory` then, in the order of the chunks. One worker has one chunk, and so have few items.
+    pub fn over<I: Sync, M: Default + Send>(
         &self,
         items: &[I],
         size: usize,
         memory: &mut Memory<M>,
         work: impl Fn(usize, &[I], &mut M) + Sync,
-        mut join: impl FnMut(&mut M),
     ) {
         let size = if self.is_for_one(items.len(), size) { items.len().max(1) } else { size };
         let count = items.len().div_ceil(size);
-        while memory.0.len() < count {
-            memory.0.push(Mutex::default());
+        while memory.all.len() < count {
+            memory.all.push(Mutex::default());
         }
-        let memories = &memory.0[..count];
+        memory.used = count;
+        let memories = &memory.all[..count];
         self.stages(&[count as u32], |turns| {
             for (_, chunk) in turns {
                 let first = chunk * size;
@@ -84,9 +84,19 @@ impl Workers {
                 work(first, &items[first..end], &mut lock(&memories[chunk]));
             }
         });
-        for memory in &mut memory.0[..count] {
-            join(memory.get_mut().unwrap_or_else(PoisonError::into_inner));
-        }
+    }
+
+    /// The same, and `join` gets the memories one after another.
+    pub fn chunks<I: Sync, M: Default + Send>(
+        &self,
+        items: &[I],
+        size: usize,
+        memory: &mut Memory<M>,
+        work: impl Fn(usize, &[I], &mut M) + Sync,
+        join: impl FnMut(&mut M),
+    ) {
+        self.over(items, size, memory, work);
+        memory.parts().for_each(join);
     }
 
     /// Works on items in chunks of `size`: `work` gets the place of a chunk's first item, and its items. Few are one chunk.
@@ -94,10 +104,16 @@ impl Workers {
         if self.is_for_one(items.len(), size) {
             return work(0, items);
         }
-        let parts: Vec<_> = items.chunks_mut(size).map(Mutex::new).collect();
+        let parts = items.chunks_mut(size).enumerate().map(|(k, items)| (k * size, items)).collect();
+        self.share(parts, |(first, items)| work(*first, items));
+    }
+
+    /// Works on parts of something, each for itself.
+    pub fn share<P: Send>(&self, parts: Vec<P>, work: impl Fn(&mut P) + Sync) {
+        let parts: Vec<_> = parts.into_iter().map(Mutex::new).collect();
         self.stages(&[parts.len() as u32], |turns| {
-            for (_, chunk) in turns {
-                work(chunk * size, &mut lock(&parts[chunk]));
+            for (_, part) in turns {
+                work(&mut lock(&parts[part]));
             }
         });
     }
@@ -105,11 +121,24 @@ impl Workers {
 
 /// What chunks work in; kept from call to call, so that nothing is asked of the heap.
 #[derive(Debug)]
-pub struct Memory<M>(Vec<Mutex<M>>);
+pub struct Memory<M> {
+    all: Vec<Mutex<M>>,
+    /// How many of them the last call took.
+    used: usize,
+}
 
 impl<M> Default for Memory<M> {
     fn default() -> Self {
-        Memory(Vec::new())
+        Memory { all: Vec::new(), used: 0 }
+    }
+}
+
+impl<M> Memory<M> {
+    /// The memories that the last call worked in, in the order of its chunks.
+    pub fn parts(&mut self) -> impl ExactSizeIterator<Item = &mut M> {
+        self.all[..self.used]
+            .iter_mut()
+            .map(|memory| memory.get_mut().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -407,6 +436,9 @@ mod tests {
                 workers.chunks(&items, 7, &mut memory, work, |found| out.append(found));
                 assert!(out.iter().copied().eq((0..1000).step_by(3)));
             }
+            // parts are those of the last call
+            workers.over(&items[..9], 3, &mut memory, |_, items, out| out.extend(items));
+            assert!(memory.parts().flat_map(|out| out.drain(..)).eq(0..9));
             workers.chunks(&[], 7, &mut memory, |_, _: &[u8], _| unreachable!(), |_| unreachable!());
         }
     }

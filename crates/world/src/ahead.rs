@@ -9,7 +9,7 @@ use crate::settings::{Scheme, Settings};
 use crate::stepping::soft_step::AGAIN;
 use carom_geometry::Geometry;
 use carom_math::wide::{inner, minus, plus};
-use carom_math::{Column, Inertia, Pose, Precise, Rotation, Space, Wide};
+use carom_math::{Column, Inertia, Number, Pose, Precise, Rotation, Space, Wide};
 use carom_solver::Twist;
 
 /// The step ahead.
@@ -208,21 +208,13 @@ impl<S: Space> Couple<'_, S> {
     pub fn a_is_small(&self) -> bool {
         self.a.extent <= self.b.extent
     }
+}
 
+impl<S: Space> Couple<'_, S> {
     /// The least margin that a pair has \[m\].
-    #[inline]
+    #[inline(always)]
     pub fn least_margin(&self) -> f64 {
         self.a.least + self.b.least
-    }
-
-    /// The margin of a pair in a soft step \[m\]: how far two surfaces can come towards each other in it, at twice their speed
-    /// of approach. What flies side by side hardly meets, however fast it is; in a drum that turns, what lies on its wall.
-    /// Seen from the larger body every point of the smaller one moves at |v + w x r| + |dw| arm, with the velocities v and spins w
-    /// of the larger one and dw of both against each other. What a hit of this step does to others is seen by the next one.
-    #[inline]
-    pub fn approach(&self, dt: f64, closing: f64) -> f64 {
-        let fall = (self.a.falls + self.b.falls) * dt;
-        (2.0 * dt * (closing + fall)).max(self.least_margin())
     }
 }
 
@@ -244,6 +236,18 @@ pub fn closing<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P) -> P::N
     let passing = minus(&velocity, &plus(&velocity_of_larger, &swing));
     let turning = minus(&spin, &spin_of_larger);
     inner(&passing, &passing).root() + inner(&turning, &turning).root() * pairs.read(|pair| pair[0].arm)
+}
+
+/// The margins of pairs in a soft step of length `dt` \[m\]: how far two surfaces can come towards each other in it, at twice their speed
+/// of approach. What flies side by side hardly meets, however fast it is; in a drum that turns, what lies on its wall. Seen from the
+/// larger body every point of the smaller one moves at |v + w x r| + |dw| arm, with the velocities v and spins w of the larger one
+/// and dw of both against each other. What a hit of this step does to others is seen by the next one.
+#[inline(always)]
+pub(crate) fn approach<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P, dt: f64) -> P::Number {
+    let falls = pairs.read(|[a, b]| (a.falls + b.falls) * dt);
+    let (least, twice) = (pairs.read(|[a, b]| a.least + b.least), pairs.read(|_| 2.0 * dt));
+    let margin = twice * (closing(pairs) + falls);
+    least.choose(margin, margin, least)
 }
 
 /// Places, velocities and spins in numbers of a kind.

@@ -4,8 +4,8 @@
 
 use crate::remembered::{Remembered, hand_on};
 use carom_geometry::Aabb;
-use carom_geometry::broad_phase::{BroadPhase, Changed};
-use carom_math::Space;
+use carom_geometry::broad_phase::{BroadPhase, Changed, Sift};
+use carom_math::{Space, Workers};
 
 /// What boxes are made larger by on each side, over the mean of the longest sides of those that move \[1\].
 const ROOM: f64 = 0.05;
@@ -31,13 +31,14 @@ pub(crate) struct Lasting<S: Space> {
 impl<S: Space> Lasting<S> {
     /// All pairs of boxes that overlap or touch, one of them movable, and perhaps some that do not, in lexicographic order. Who may
     /// pair is asked by the caller at every step, for it may change while boxes stand; pairs that are not to last are only those
-    /// that `meets` agrees to. With them what is remembered of each.
+    /// that `sift` keeps. With them what is remembered of each.
     pub fn update(
         &mut self,
         broad: &mut BroadPhase<S>,
         (bounds, movable): (&[Aabb<S>], &[bool]),
         changed: Changed<'_>,
-        meets: &dyn Fn(usize, usize) -> bool,
+        sift: Sift<'_>,
+        workers: &Workers,
     ) -> (&[(u32, u32)], &[Remembered]) {
         if self.stand(bounds, &changed) {
             self.lasted += 1;
@@ -60,8 +61,8 @@ impl<S: Space> Lasting<S> {
             self.boxes[k] = if bounds[k].is_finite() { bounds[k].grown(room) } else { bounds[k] };
         }
         // of pairs for this step alone most need not be put in order and kept
-        let meets = if self.pause == 0 { &|_, _| true } else { meets };
-        let pairs = broad.update_some(&self.boxes, movable, changed, meets);
+        let sift = if self.pause == 0 { &|_: &mut Vec<(u32, u32)>| () } else { sift };
+        let pairs = broad.update_some((&self.boxes, movable), changed, sift, workers);
         hand_on((&self.pairs, &mut self.remembered), pairs, &mut self.room);
         self.pairs.clear();
         self.pairs.extend_from_slice(pairs);
@@ -132,7 +133,9 @@ mod tests {
                 sleeps_as_before: step > 0,
             };
             let may = |i: usize, j: usize| !(i + j).is_multiple_of(3);
-            let (found, _) = lasting.update(&mut broad, (&bounds, &movable), changed, &may);
+            let sift = |pairs: &mut Vec<(u32, u32)>| pairs.retain(|p| may(p.0 as usize, p.1 as usize));
+            let (found, _) =
+                lasting.update(&mut broad, (&bounds, &movable), changed, &sift, &Workers::default());
             let met = |i: u32, j: u32| bounds[i as usize].overlaps(&bounds[j as usize]);
             let meet = |p: &&(u32, u32)| met(p.0, p.1) && may(p.0 as usize, p.1 as usize);
             let (all, found) = (found.len(), found.iter().filter(meet).copied().collect::<Vec<_>>());

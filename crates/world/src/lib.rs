@@ -8,6 +8,7 @@ pub mod ahead;
 pub mod assembly;
 pub mod bodies;
 pub mod body;
+mod columns;
 pub mod correction;
 pub mod error;
 pub mod force;

@@ -3,15 +3,16 @@
 
 use crate::ahead::{Ahead, Couple, Mover};
 use crate::bodies::Bodies;
+use crate::columns::{CHUNK, Columns};
 use crate::lasting::Lasting;
 use crate::material::Coefficients;
 use crate::meeting::Meeting;
 use crate::remembered::Remembered;
 use crate::settings::{Scheme, Settings};
 use carom_geometry::broad_phase::{BroadPhase, Changed};
-use carom_geometry::{Aabb, ContactPoint, Geometry};
+use carom_geometry::{ContactPoint, Geometry};
 use carom_math::workers::Memory;
-use carom_math::{Column, Pose, Rotation, Space, Workers};
+use carom_math::{Column, Pose, Space, Workers};
 use std::collections::BTreeMap;
 
 /// One contact between two bodies.
@@ -40,9 +41,6 @@ pub struct Touch<S: Space> {
     /// Coefficient of tangential restitution of the pair \[1\].
     pub tangential_restitution: f64,
 }
-
-/// Bodies and pairs that a worker takes at a time; nothing depends on it but the time.
-const CHUNK: usize = 128;
 
 /// Two bodies that may touch in the step ahead.
 pub struct Near<'a, S: Geometry> {
@@ -89,8 +87,6 @@ pub struct Nears<'a, S: Geometry> {
     asked: &'a [Asked],
     meeting: &'a Meeting<'a, S>,
     colliders: &'a [S::Collider],
-    poses: &'a [Pose<S>],
-    ways: &'a [f64],
     remembered: &'a [Remembered],
 }
 
@@ -109,13 +105,13 @@ impl<'a, S: Geometry> Nears<'a, S> {
     #[inline]
     pub fn near(&self, k: usize) -> Near<'a, S> {
         let Asked { i, j, place, margin } = self.asked[k];
-        let (i, j) = (i as usize, j as usize);
+        let (i, j, columns) = (i as usize, j as usize, self.meeting.columns);
         Near {
             couple: self.meeting.couple(i, j),
             colliders: [&self.colliders[i], &self.colliders[j]],
-            poses: [&self.poses[i], &self.poses[j]],
+            poses: [&columns.poses[i], &columns.poses[j]],
             remembered: self.remembered.get(place),
-            ways: self.ways[i] + self.ways[j],
+            ways: columns.ways[i] + columns.ways[j],
             margin,
         }
     }
@@ -136,6 +132,13 @@ pub trait Finder<S: Geometry>: Sync {
 pub struct Chunk<F> {
     asked: Vec<Asked>,
     found: F,
+}
+
+impl<F> Chunk<F> {
+    /// What was found.
+    pub fn found(&mut self) -> &mut F {
+        &mut self.found
+    }
 }
 
 /// Finds touches.
@@ -180,24 +183,14 @@ pub struct NarrowPhase<S: Geometry> {
     asleep: Vec<u32>,
     /// Place of each body in the columns; `u32::MAX` of those without a shape.
     place_of: Vec<u32>,
-    bounds: Vec<Aabb<S>>,
-    margins: Vec<f64>,
-    poses: Vec<Pose<S>>,
-    movers: Vec<Mover<S>>,
+    columns: Columns<S>,
     colliders: Colliders<S>,
     surfaces: Surfaces,
-    /// The way that a point of each body's surface has behind it at most, turning included, since somebody began to count \[m\].
-    ways: Vec<f64>,
-    /// Speeds, own ones and those shared with neighbours.
-    own: Vec<f64>,
-    speeds: Vec<f64>,
     indices: Vec<usize>,
     movable: Vec<bool>,
     /// Who shares the work.
     pub(crate) workers: Workers,
     findings: Memory<Chunk<Findings<S>>>,
-    places: Memory<Vec<Place<S>>>,
-    placed: Vec<Place<S>>,
 }
 
 impl<S: Geometry> NarrowPhase<S> {
@@ -206,17 +199,18 @@ impl<S: Geometry> NarrowPhase<S> {
         out.clear();
         let mut findings = std::mem::take(&mut self.findings);
         let finder = Touching(ahead.bodies, ahead.settings);
-        self.search(ahead, &finder, &mut findings, |(touches, _)| take(touches, out));
+        self.search(ahead, &finder, &mut findings);
+        findings.parts().for_each(|chunk| take(&mut chunk.found.0, out));
         self.findings = findings;
     }
 
-    /// Hands all pairs that may touch to a finder, and what it finds of each chunk of them to `join`, in the pairs' order.
+    /// Hands all pairs that may touch to a finder; what it finds of each chunk of them is in the parts of `findings` then, in the
+    /// pairs' order.
     pub fn search<F: Finder<S>>(
         &mut self,
         ahead: &Ahead<S>,
         finder: &F,
         findings: &mut Memory<Chunk<F::Findings>>,
-        mut join: impl FnMut(&mut F::Findings),
     ) {
         let Ahead { bodies, settings, .. } = *ahead;
         let (stands_as_before, sleeps_as_before) = self.prepare(ahead);
@@ -228,54 +222,61 @@ impl<S: Geometry> NarrowPhase<S> {
             let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;
             moves && groups && !bodies.joints.keeps_apart(indices[i], indices[j])
         };
+        let sift = |pairs: &mut Vec<(u32, u32)>| pairs.retain(|(i, j)| may_pair(*i as usize, *j as usize));
         let (others, asleep) = (self.moving.as_slice(), self.asleep.as_slice());
         let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
         let soft = settings.scheme == Scheme::SoftStep && settings.contact_margin.is_none();
         let lasts = soft || settings.contact_margin.is_some();
+        let (columns, colliders) = (&mut self.columns, self.colliders.0.as_slice());
         let (pairs, remembered) = if lasts {
-            let boxes = (self.bounds.as_slice(), self.movable.as_slice());
-            let (bounds, margins, movers) = (&self.bounds, &self.margins, &self.movers);
-            let meeting = Meeting { bounds, margins, movers, joints: &bodies.joints, soft, dt: ahead.dt };
-            let meets = |i: usize, j: usize| meeting.meets(i, j);
-            self.lasting.update(&mut self.broad, boxes, changed, &meets)
+            let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
+            let meeting = Meeting { columns, joints: &bodies.joints, soft, dt: ahead.dt };
+            let sift = |pairs: &mut Vec<(u32, u32)>| meeting.sift(pairs);
+            self.lasting.update(&mut self.broad, boxes, changed, &sift, &self.workers)
         } else {
             self.lasting.forget();
-            let pairs = self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair);
-            if share_speeds(pairs, &self.movable, &mut self.speeds, &self.own) {
-                let faster = |k: &&u32| self.speeds[**k as usize] != self.own[**k as usize];
+            let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
+            let pairs = self.broad.update_some(boxes, changed, &sift, &self.workers);
+            if share_speeds(pairs, &self.movable, &mut columns.speeds, &columns.own) {
+                let faster = |k: &&u32| columns.speeds[**k as usize] != columns.own[**k as usize];
                 for k in self.moving.iter().filter(faster).map(|k| *k as usize) {
-                    self.margins[k] = self.movers[k].margin(ahead, self.speeds[k]);
-                    self.bounds[k] = S::bounds(&self.colliders.0[k], &self.poses[k], self.margins[k]);
+                    columns.margins[k] = columns.movers[k].margin(ahead, columns.speeds[k]);
+                    columns.bounds[k] = S::bounds(&colliders[k], &columns.poses[k], columns.margins[k]);
                 }
                 let changed = Changed { stands_as_before: true, sleeps_as_before: true, ..changed };
-                (self.broad.update_some(&self.bounds, &self.movable, changed, &may_pair), &[][..])
+                let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
+                (self.broad.update_some(boxes, changed, &sift, &self.workers), &[][..])
             } else {
                 (self.broad.pairs(), &[][..])
             }
         };
-        let (poses, ways, colliders) = (&self.poses, &self.ways, &self.colliders.0);
-        let (bounds, margins, movers) = (&self.bounds, &self.margins, &self.movers);
-        let meeting = Meeting { bounds, margins, movers, joints: &bodies.joints, soft, dt: ahead.dt };
+        let columns = &*columns;
+        let meeting = Meeting { columns, joints: &bodies.joints, soft, dt: ahead.dt };
         let find = |first: usize, pairs: &[(u32, u32)], chunk: &mut Chunk<F::Findings>| {
             let Chunk { asked, found } = chunk;
             finder.begin(found);
             for (some, first) in pairs.chunks(CHUNK).zip((first..).step_by(CHUNK)) {
                 asked.clear();
-                for (&(i, j), place) in some.iter().zip(first..) {
-                    let of_boxes = || Some(margins[i as usize] + margins[j as usize]);
-                    let margin = if lasts { meeting.of(i as usize, j as usize) } else { of_boxes() };
-                    asked.extend(margin.map(|margin| Asked { i, j, place, margin }));
-                }
+                let of_boxes =
+                    |&(i, j): &(u32, u32)| columns.margins[i as usize] + columns.margins[j as usize];
+                let margins = if lasts {
+                    meeting.margins(some)
+                } else {
+                    std::array::from_fn(|k| some.get(k).map_or(-1.0, of_boxes))
+                };
+                let all = some.iter().zip(first..).zip(&margins);
+                let near = all.filter(|(_, margin)| **margin >= 0.0);
+                asked.extend(near.map(|((&(i, j), place), &margin)| Asked { i, j, place, margin }));
                 let meeting = &meeting;
-                finder.look(&Nears { asked, meeting, colliders, poses, ways, remembered }, found);
+                finder.look(&Nears { asked, meeting, colliders, remembered }, found);
             }
         };
-        self.workers.chunks(pairs, CHUNK, findings, find, |chunk| join(&mut chunk.found));
+        self.workers.over(pairs, CHUNK, findings, find);
     }
 
     /// Arranges what stands, as the first search would.
     pub(crate) fn arrange(&mut self, ahead: &Ahead<S>) {
-        self.search(ahead, &Nobody, &mut Memory::default(), |()| ());
+        self.search(ahead, &Nobody, &mut Memory::default());
     }
 
     /// Bounds of all bodies with a shape, grown by half of each pair's margin; of those that stand or sleep only where they
@@ -296,10 +297,10 @@ impl<S: Geometry> NarrowPhase<S> {
         let (moving, asleep) = (std::mem::take(&mut self.moving), std::mem::take(&mut self.asleep));
         if stands {
             let slept = if sleeps { &[] } else { asleep.as_slice() };
-            self.place_some(&moving, ahead);
-            self.place_some(slept, ahead);
+            self.columns.place(&moving, &self.colliders.0, ahead, &self.workers);
+            self.columns.place(slept, &self.colliders.0, ahead, &self.workers);
         } else {
-            (0..self.indices.len()).for_each(|k| self.place(k, ahead));
+            self.columns.place_all(&self.colliders.0, ahead);
         }
         (self.moving, self.asleep) = (moving, asleep);
         (stands, sleeps)
@@ -330,60 +331,10 @@ impl<S: Geometry> NarrowPhase<S> {
             self.movable.push(d.inverse_mass > 0.0);
         }
         self.surfaces.number(bodies, &self.indices);
-        let count = self.indices.len();
-        self.bounds.resize(count, Aabb { min: S::Vector::ZERO, max: S::Vector::ZERO });
-        self.poses.resize(count, Pose::default());
-        self.movers.clear();
         let mover = |(i, surface): (&usize, &u32)| Mover::of(&bodies.data[*i], *i, *surface);
-        self.movers.extend(self.indices.iter().zip(&self.surfaces.of).map(mover));
-        self.ways.clear();
-        self.ways.resize(count, 0.0);
+        self.columns.make_room(self.indices.iter().zip(&self.surfaces.of).map(mover));
         // places may be those of others now
         self.lasting.forget_looks();
-        for column in [&mut self.margins, &mut self.speeds, &mut self.own] {
-            column.resize(count, 0.0);
-        }
-    }
-
-    /// The same of some bodies.
-    fn place_some(&mut self, some: &[u32], ahead: &Ahead<S>) {
-        if self.workers.is_alone() || some.len() <= CHUNK {
-            return some.iter().for_each(|k| self.place(*k as usize, ahead));
-        }
-        let (workers, mut places) = (self.workers.clone(), std::mem::take(&mut self.places));
-        let known = (&self.movers, &self.colliders.0);
-        let find = |_, some: &[u32], places: &mut Vec<Place<S>>| {
-            places.extend(some.iter().map(|k| {
-                let mut mover = known.0[*k as usize];
-                mover.moved(ahead);
-                let room = Room::of(&mover, &known.1[*k as usize], ahead);
-                Place { mover, room }
-            }));
-        };
-        let mut placed = std::mem::take(&mut self.placed);
-        workers.chunks(some, CHUNK, &mut places, find, |found| placed.append(found));
-        for (place, k) in placed.drain(..).zip(some) {
-            self.movers[*k as usize] = place.mover;
-            self.put(*k as usize, &place.room);
-        }
-        (self.places, self.placed) = (places, placed);
-    }
-
-    /// Box, pose, speed and margin of a body.
-    #[inline]
-    fn place(&mut self, k: usize, ahead: &Ahead<S>) {
-        self.movers[k].moved(ahead);
-        let room = Room::of(&self.movers[k], &self.colliders.0[k], ahead);
-        self.put(k, &room);
-    }
-
-    #[inline(always)]
-    fn put(&mut self, k: usize, room: &Room<S>) {
-        self.ways[k] += way(&self.poses[k], &room.pose, self.movers[k].reach);
-        (self.speeds[k], self.own[k]) = (room.speed, room.speed);
-        self.margins[k] = room.margin;
-        self.poses[k] = room.pose;
-        self.bounds[k] = room.bounds;
     }
 }
 
@@ -393,29 +344,6 @@ struct Colliders<S: Geometry>(Vec<S::Collider>);
 impl<S: Geometry> Default for Colliders<S> {
     fn default() -> Self {
         Colliders(Vec::new())
-    }
-}
-
-/// A body with a shape in its place, as workers find it.
-struct Place<S: Geometry> {
-    mover: Mover<S>,
-    room: Room<S>,
-}
-
-/// What a body takes up.
-struct Room<S: Geometry> {
-    bounds: Aabb<S>,
-    pose: Pose<S>,
-    margin: f64,
-    speed: f64,
-}
-
-impl<S: Geometry> Room<S> {
-    #[inline(always)]
-    fn of(mover: &Mover<S>, collider: &S::Collider, ahead: &Ahead<S>) -> Self {
-        let speed = mover.speed(ahead.dt);
-        let (margin, pose) = (mover.margin(ahead, speed), mover.shape_pose());
-        Room { bounds: S::bounds(collider, &pose, margin), pose, margin, speed }
     }
 }
 
@@ -444,16 +372,6 @@ impl Surfaces {
             self.of.push(*self.known.entry((numbers.map(f64::to_bits), d.material)).or_insert(next));
         }
     }
-}
-
-/// How far a point that is within `reach` \[m\] of the frame's origin goes at most from one pose to another \[m\]: turning by an angle
-/// moves it by 2 reach sin(angle/2), and the numbers of the two rotations are apart by 2 sin(angle/4) in space, 2 sin(angle/2)
-/// in the plane.
-fn way<S: Geometry>(from: &Pose<S>, to: &Pose<S>, reach: f64) -> f64 {
-    let numbers = from.rotation.as_slice().iter().zip(to.rotation.as_slice());
-    let apart = numbers.map(|(p, q)| (p - q) * (p - q)).sum::<f64>();
-    let turned = if apart > 0.0 { 2.0 * reach * apart.sqrt() } else { 0.0 };
-    (to.position - from.position).norm() + turned
 }
 
 /// Moves all items to the end of a list; of an empty list without a copy.

@@ -3,7 +3,7 @@
 
 use super::shared::Shared;
 use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
-use carom_math::{Several, Wide};
+use carom_math::{Several, Wide, Workers};
 use std::ops::Range;
 
 /// A body at the step's start.
@@ -21,6 +21,15 @@ pub struct SoftBody<S: Wide> {
     pub inverse_mass: f32,
     /// Inverse inertia in world axes \[1/(kg m^2)\].
     pub inverse_inertia: S::Inertias<f32>,
+}
+
+impl<S: Wide> SoftBody<S> {
+    /// The obstacle at rest.
+    pub fn none() -> Self {
+        let (v, w) = (S::Vectors::all(0.0), S::Spins::all(0.0));
+        let inverse_inertia = S::Inertias::all(0.0);
+        SoftBody { velocity: v, spin: w, load: v, spin_load: w, inverse_mass: 0.0, inverse_inertia }
+    }
 }
 
 /// Records of all bodies, one list per use.
@@ -46,6 +55,72 @@ impl<S: Wide> Default for Records<S> {
     fn default() -> Self {
         let (motion, moved, inertia, load, before, start, led) = Default::default();
         Records { motion, moved, inertia, load, before, start, led, space: std::marker::PhantomData }
+    }
+}
+
+/// Records that a worker writes at a time.
+const BODIES: usize = 128;
+/// So many are written before others have come.
+const FEW: usize = 3 * BODIES;
+
+/// A stretch of the lists.
+struct Stretch<'a> {
+    /// Its first record.
+    first: usize,
+    /// Motion, inverse inertia, loads, motion at the start of the substep before and of the step.
+    lists: [&'a mut [Eight]; 5],
+    moved: &'a mut [Eight],
+}
+
+impl<'a> Stretch<'a> {
+    /// Its first records, and the others.
+    fn split(self) -> (Self, Self) {
+        let count = BODIES.min(self.lists[0].len());
+        let (mut lists, mut others): ([&mut [Eight]; 5], [&mut [Eight]; 5]) = Default::default();
+        for (list, (one, other)) in self.lists.into_iter().zip(lists.iter_mut().zip(&mut others)) {
+            (*one, *other) = list.split_at_mut(count);
+        }
+        let moved = self.moved.split_at_mut(count.min(self.moved.len()));
+        let first = self.first;
+        (
+            Stretch { first, lists, moved: moved.0 },
+            Stretch { first: first + count, lists: others, moved: moved.1 },
+        )
+    }
+
+    /// Writes a body's record. Rows are made of numbers in registers: what is written in parts and read as a whole at once
+    /// waits.
+    #[inline(always)]
+    fn write<S: Wide>(&mut self, record: usize, body: &SoftBody<S>) {
+        let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
+        let motion = |k: usize| if k < d { body.velocity[k] } else { body.spin[k - d] };
+        let load = |k: usize| if k < d { body.load[k] } else { body.spin_load[k - d] };
+        let still = S::no_turn();
+        let turns = <S::Turns<f32> as Several<f32>>::LEN;
+        let at = const { moved_at::<S>() } + d;
+        let moved = |k: usize| if k >= at && k < at + turns { still[k - at] } else { 0.0 };
+        let row = |number: &dyn Fn(usize) -> f32| {
+            let mut row = Eight::default();
+            for k in 0..WIDTH {
+                row.0[k] = number(k);
+            }
+            row
+        };
+        let numbers = <S::Inertias<f32> as Several<f32>>::LEN;
+        let beside = |k: usize| if const { moves_beside::<S>() } { moved(k) } else { 0.0 };
+        let start = row(&|k| if k < d + a { motion(k) } else { 0.0 });
+        let k = record - self.first;
+        self.lists[0][k] = row(&|k| match k {
+            _ if k < d + a => motion(k),
+            _ if k == const { mass_at::<S>() } => body.inverse_mass,
+            _ => beside(k),
+        });
+        self.lists[1][k] = row(&|k| if k < numbers { body.inverse_inertia[k] } else { 0.0 });
+        self.lists[2][k] = row(&|k| if k < d + a { load(k) } else { 0.0 });
+        (self.lists[3][k], self.lists[4][k]) = (start, start);
+        if !const { moves_beside::<S>() } {
+            self.moved[k] = row(&moved);
+        }
     }
 }
 
@@ -133,64 +208,30 @@ impl<S: Wide> Records<S> {
         self.led.iter_mut().for_each(|list| list.resize(count, Eight::default()));
     }
 
-    /// Only the obstacle at rest.
-    pub fn begin(&mut self) {
-        for list in [
-            &mut self.motion,
-            &mut self.moved,
-            &mut self.inertia,
-            &mut self.load,
-            &mut self.before,
-            &mut self.start,
-        ] {
-            list.clear();
-        }
-        let (v, w) = (S::Vectors::all(0.0), S::Spins::all(0.0));
-        let inverse_inertia = S::Inertias::all(0.0);
-        self.push(&SoftBody {
-            velocity: v,
-            spin: w,
-            load: v,
-            spin_load: w,
-            inverse_mass: 0.0,
-            inverse_inertia,
+    /// The obstacle at rest, and behind it so many bodies. Workers write stretches of the lists, each its own.
+    pub fn fill(&mut self, count: usize, body: impl Fn(usize) -> SoftBody<S> + Sync, workers: &Workers) {
+        let Records { motion, moved, inertia, load, before, start, .. } = self;
+        let beside = if const { moves_beside::<S>() } { 0 } else { count + 1 };
+        moved.resize(beside, Eight::default());
+        let all = [motion, inertia, load, before, start].map(|list| {
+            list.resize(count + 1, Eight::default());
+            list.as_mut_slice()
         });
-    }
-
-    /// Adds a body and returns its record. Rows are made of numbers in registers: what is written in parts and read as a whole at
-    /// once waits.
-    #[inline]
-    pub fn push(&mut self, body: &SoftBody<S>) -> u32 {
-        let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
-        let motion = |k: usize| if k < d { body.velocity[k] } else { body.spin[k - d] };
-        let load = |k: usize| if k < d { body.load[k] } else { body.spin_load[k - d] };
-        let still = S::no_turn();
-        let turns = <S::Turns<f32> as Several<f32>>::LEN;
-        let at = const { moved_at::<S>() } + d;
-        let moved = |k: usize| if k >= at && k < at + turns { still[k - at] } else { 0.0 };
-        let row = |number: &dyn Fn(usize) -> f32| {
-            let mut row = Eight::default();
-            for k in 0..WIDTH {
-                row.0[k] = number(k);
-            }
-            row
-        };
-        let start = row(&|k| if k < d + a { motion(k) } else { 0.0 });
-        self.before.push(start);
-        self.start.push(start);
-        let numbers = <S::Inertias<f32> as Several<f32>>::LEN;
-        self.inertia.push(row(&|k| if k < numbers { body.inverse_inertia[k] } else { 0.0 }));
-        self.load.push(row(&|k| if k < d + a { load(k) } else { 0.0 }));
-        let beside = |k: usize| if const { moves_beside::<S>() } { moved(k) } else { 0.0 };
-        self.motion.push(row(&|k| match k {
-            _ if k < d + a => motion(k),
-            _ if k == const { mass_at::<S>() } => body.inverse_mass,
-            _ => beside(k),
-        }));
-        if !const { moves_beside::<S>() } {
-            self.moved.push(row(&moved));
+        let mut rest = Stretch { first: 0, lists: all, moved };
+        rest.write(0, &SoftBody::<S>::none());
+        if workers.is_alone() || count <= FEW {
+            return (1..=count).for_each(|k| rest.write(k, &body(k)));
         }
-        (self.motion.len() - 1) as u32
+        let mut parts = Vec::with_capacity(count / BODIES + 1);
+        while rest.first <= count {
+            let own;
+            (own, rest) = rest.split();
+            parts.push(own);
+        }
+        workers.share(parts, |own: &mut Stretch<'_>| {
+            let records = own.first.max(1)..own.first + own.lists[0].len();
+            records.for_each(|k| own.write(k, &body(k)));
+        });
     }
 
     /// For workers to share; records before `obstacles` are those of obstacles.

@@ -194,7 +194,7 @@ impl<S: Wide> Rare<S> {
 
 /// Patches in a list.
 pub struct Patches<S: Wide> {
-    /// Records of bodies a and b of each, at most one of them an obstacle; for whoever adds patches to say before they are solved.
+    /// Bodies a and b of each, for whoever adds patches to say; by their records before they are solved, at most one of them an obstacle.
     pub pairs: Vec<(u32, u32)>,
     pub(super) all: Vec<Patch<S>>,
     /// One for each patch, or none where none needs it.
@@ -246,19 +246,24 @@ impl<S: Wide> Patches<S> {
             self.rare.iter_mut().last().into_iter().for_each(|last| *last = rare);
         }
     }
-    /// Moves all of another list behind these.
-    pub fn take(&mut self, other: &mut Self) {
-        if self.is_empty() {
-            std::mem::swap(self, other);
-            return;
-        }
-        if !self.rare.is_empty() || !other.rare.is_empty() {
+    /// The patches.
+    pub fn list(&self) -> &[Patch<S>] {
+        &self.all
+    }
+    /// So many patches and their pairs, of which nothing rare is known, for who writes all of them. What was there is not forgotten
+    /// first, to be written once.
+    pub fn room_for(&mut self, count: usize) -> (&mut [Patch<S>], &mut [(u32, u32)]) {
+        self.rare.clear();
+        self.all.resize(count, self.none);
+        self.pairs.resize(count, (0, 0));
+        (&mut self.all, &mut self.pairs)
+    }
+    /// Takes over what patches of another list need and few do; here they come from this place on.
+    pub fn take_rare(&mut self, first: usize, other: &Self) {
+        if !other.rare.is_empty() {
             self.rare.resize(self.all.len(), Rare::none());
-            other.rare.resize(other.all.len(), Rare::none());
+            self.rare[first..first + other.rare.len()].copy_from_slice(&other.rare);
         }
-        self.pairs.append(&mut other.pairs);
-        self.all.append(&mut other.all);
-        self.rare.append(&mut other.rare);
     }
     /// Keeps those whose place in the list fits.
     pub fn retain(&mut self, fits: impl Fn(usize) -> bool) {
@@ -330,9 +335,11 @@ mod tests {
         add(&mut other, 2.0, None);
         add(&mut other, 3.0, Some(0.3));
         add(&mut other, 4.0, None);
-        all.take(&mut one);
-        all.take(&mut other);
-        assert!(other.is_empty() && all.len() == 5);
+        let (first, then) = all.room_for(5).0.split_at_mut(2);
+        first.copy_from_slice(one.list());
+        then.copy_from_slice(other.list());
+        all.take_rare(0, &one);
+        all.take_rare(2, &other);
         all.retain(|k| k != 1);
         let told: Vec<(f32, f32)> =
             all.all.iter().zip(&all.rare).map(|(p, rare)| (p[0], rare.restitution)).collect();

@@ -162,14 +162,13 @@ impl<S: Wide> SoftSolver<S> {
         (records, obstacles): (usize, u32),
         choice: &SoftChoice,
     ) -> &[u32] {
-        self.records.begin();
         let led = choice.rigid.is_some_and(|rigid| rigid.accelerated);
         self.groups.find(pairs, records, obstacles == 1 && !led)
     }
 
-    /// Adds a body and returns its record; 0 is the obstacle at rest.
-    pub fn add(&mut self, body: &SoftBody<S>) -> u32 {
-        self.records.push(body)
+    /// Takes in so many bodies; the first has record 1, for 0 is the obstacle at rest. `body` tells of each by its record.
+    pub fn fill(&mut self, count: usize, body: impl Fn(usize) -> SoftBody<S> + Sync, workers: &Workers) {
+        self.records.fill(count, body, workers);
     }
 
     /// Takes all substeps with these patches; records before `obstacles` are those of obstacles.
@@ -481,22 +480,22 @@ mod tests {
 
     fn chain<S: Wide>(dice: &mut Dice, bodies: u32) -> SoftSolver<S> {
         let mut solver = SoftSolver::default();
-        solver.records.begin();
+        let mut all = Vec::new();
         for k in 0..bodies {
             let mut inverse_inertia = S::Inertias::all(0.0);
             for (k, x) in inverse_inertia.slice_mut().iter_mut().enumerate() {
                 *x = if k < 3 { 6.0 + dice.roll() } else { 0.3 * dice.roll() };
             }
             // the first is an obstacle that moves
-            let body = SoftBody {
+            all.push(SoftBody {
                 velocity: dice.fill(1.0),
                 spin: dice.fill(1.0),
                 load: dice.fill(0.04),
                 spin_load: dice.fill(0.01),
                 inverse_mass: if k > 0 { 1.0 + 0.5 * dice.roll() } else { 0.0 },
                 inverse_inertia: if k > 0 { inverse_inertia } else { S::Inertias::all(0.0) },
-            };
-            let record = solver.add(&body);
+            });
+            let record = k + 1;
             if k == 0 {
                 continue;
             }
@@ -527,6 +526,7 @@ mod tests {
             let b = if k % 10 == 0 { 1 } else { record.saturating_sub(1 + k % 3) };
             solver.patches.pairs.push((record, b));
         }
+        solver.fill(all.len(), |record| all[record - 1], &Workers::new(2).unwrap());
         solver.groups.make_one(solver.records.motion.len());
         solver
     }

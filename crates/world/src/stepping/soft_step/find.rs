@@ -131,6 +131,9 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
     fn begin(&self, found: &mut Found<S>) {
         (found.place, found.tally, found.surfaces) = (None, Tally::default(), None);
         found.kinds.clear();
+        found.met.clear();
+        found.fresh.clear();
+        found.patches.clear();
     }
 
     fn look(&self, nears: &Nears<'_, S>, found: &mut Found<S>) {
@@ -155,6 +158,8 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
                 self.look_anew(&near.couple, known, found);
             }
         }
+        let told = found.patches.pairs.len();
+        found.patches.pairs.extend(found.met[told..].iter().map(|met| (met.a, met.b)));
     }
 }
 

@@ -9,6 +9,8 @@ mod batch;
 mod face;
 mod find;
 mod given;
+mod join;
+mod kept;
 mod memory;
 mod motion;
 mod patches;
@@ -28,7 +30,7 @@ use crate::impact::Impacts;
 use crate::integrate::{Loads, Step};
 use crate::joint::JointImpulse;
 use crate::material::Coefficients;
-use crate::narrow_phase::{Chunk, NarrowPhase, Touch, take};
+use crate::narrow_phase::{Chunk, NarrowPhase, Touch};
 use crate::observe::accounts::{Accounts, Cause};
 use crate::observe::energy::Energy;
 use crate::observe::ledger::Ledger;
@@ -39,11 +41,13 @@ use crate::stepping::{Outside, SchemeReport, damp};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::workers::Memory;
-use carom_math::{Column, Inertia, Pose, Workers};
-use carom_solver::soft::{Patches, Rigid as RigidSweeps, SoftBody, SoftChoice, SoftSolver, Told};
+use carom_math::{Column, Pose, Workers};
+use carom_solver::soft::{Patches, Rigid as RigidSweeps, SoftChoice, SoftSolver, Told};
 use carom_solver::{SolverKind, Stop, Twist};
 use find::{Finding, Found};
 use given::Given;
+use kept::Kept;
+use motion::Kicked;
 use problem::Rigid;
 use std::sync::{Arc, OnceLock};
 use tally::Tally;
@@ -57,8 +61,8 @@ pub struct SoftStep<S: Geometry> {
     /// What the steps before saw of the patches that they had, and what this one saw of new ones.
     before: Arc<Vec<Seen<S>>>,
     fresh: Vec<Seen<S>>,
-    /// Places of faces that nothing is remembered of, and room for a list of those seen.
-    forgotten: Vec<u32>,
+    /// Places of faces that something is remembered of, and room for a list of those seen.
+    kept: Kept,
     spare: Vec<Seen<S>>,
     /// Their coefficients.
     kinds: Vec<Coefficients>,
@@ -78,10 +82,9 @@ pub struct SoftStep<S: Geometry> {
     start: Vec<Twist<S>>,
     /// What free rotation adds to the spin at the step's end.
     after: Vec<S::Spin>,
-    /// Room for what workers find: the bodies' records, their velocities after the step's impulses and poses at its end, with their energies.
-    records: Vec<SoftBody<S>>,
-    kicked: Vec<(Twist<S>, Energy)>,
-    ends: Vec<(Pose<S>, Energy)>,
+    /// Room for what workers find: the bodies' velocities after the step's impulses and poses at its end, with their energies.
+    kicked: Vec<Option<Kicked<S>>>,
+    ends: Vec<(Pose<S>, Option<Energy>)>,
     /// For which standing bodies, and which sleeping ones, the columns over all bodies hold what does not change.
     made_for: Option<(u64, u64)>,
     /// The loads are zeros.
@@ -108,7 +111,7 @@ impl<S: Geometry> Default for SoftStep<S> {
             patches: Patches::default(),
             before: Arc::default(),
             fresh: Vec::new(),
-            forgotten: Vec::new(),
+            kept: Kept::default(),
             spare: Vec::new(),
             kinds: Vec::new(),
             tally: Tally::default(),
@@ -120,7 +123,6 @@ impl<S: Geometry> Default for SoftStep<S> {
             obstacles: 0,
             start: Vec::new(),
             after: Vec::new(),
-            records: Vec::new(),
             kicked: Vec::new(),
             ends: Vec::new(),
             made_for: None,
@@ -151,29 +153,10 @@ impl<S: Geometry> SoftStep<S> {
         {
             self.spare = list;
         }
-        self.met.clear();
-        self.fresh.clear();
-        self.kinds.clear();
-        self.patches.clear();
         let h = substep(ahead.settings, ahead.dt) as f32;
-        let finding = Finding { ahead, before, h };
-        let (met, patches) = (&mut self.met, &mut self.patches);
-        let (fresh, kinds) = (&mut self.fresh, &mut self.kinds);
-        let mut tally = Tally::default();
-        narrow_phase.search(&ahead, &finding, &mut self.found, |found| {
-            tally.join(&found.tally);
-            if !kinds.is_empty() {
-                for met in &mut found.met {
-                    met.kind += kinds.len() as u32;
-                    met.seen += if met.again { 0 } else { fresh.len() as u32 };
-                }
-            }
-            take(&mut found.kinds, kinds);
-            take(&mut found.met, met);
-            take(&mut found.fresh, fresh);
-            patches.take(&mut found.patches);
-        });
-        self.tally = tally;
+        self.give_back();
+        narrow_phase.search(&ahead, &Finding { ahead, before, h }, &mut self.found);
+        self.join(&narrow_phase.workers);
     }
 
     /// Drops the faces of bodies that sleep.
@@ -250,7 +233,7 @@ impl<S: Geometry> SoftStep<S> {
         let energy = self.move_on(bodies, step, (&mut report.ledger, kicked), workers);
         report.energy = (!bodies.may_be_damped()).then_some(energy);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
-        self.remember(warm, &choice);
+        self.remember(warm, &choice, workers);
         Ok(report)
     }
 
@@ -378,27 +361,15 @@ impl<S: Geometry> SoftStep<S> {
         workers.each(&mut kicked, motion::BODIES, |first, kicked| {
             for (to, i) in kicked.iter_mut().zip(&bodies.movers()[first..]) {
                 let i = *i as usize;
-                if bodies.is_dynamic(i) {
-                    to.0 = self.kicked(bodies, i, step);
-                    to.1 = Energy::of_motion(bodies, i, (&bodies.motion.pose(i), &to.0), step.gravity);
-                }
+                *to = bodies.is_dynamic(i).then(|| self.kick_of(bodies, i, step));
             }
         });
         let mut energy = Energy::default();
-        for (k, (after, own)) in kicked.iter().enumerate() {
-            let i = bodies.movers()[k] as usize;
-            if !bodies.is_dynamic(i) {
-                continue;
-            }
-            let before = &self.start[i];
-            let mean = (before.linear + after.linear) * (0.5 * step.dt);
-            let turn = (before.angular + after.angular) * (0.5 * step.dt);
-            ledger.gravity += bodies.data[i].mass_properties.mass * step.gravity.dot(mean);
-            ledger.applied += self.loads[i].force.dot(mean);
-            if bodies.data[i].inverse_inertia != S::Inertia::ZERO {
-                ledger.applied += self.loads[i].torque.dot(turn);
-            }
-            bodies.motion.set_twist(i, after);
+        for (k, kicked) in kicked.iter().enumerate() {
+            let Some(Kicked { after, energy: own, gravity, applied }) = kicked else { continue };
+            ledger.gravity += gravity;
+            applied.iter().for_each(|work| ledger.applied += work);
+            bodies.motion.set_twist(bodies.movers()[k] as usize, after);
             energy.add(*own);
         }
         energy.add_asleep(bodies, step.gravity);

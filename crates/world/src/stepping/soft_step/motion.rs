@@ -5,6 +5,7 @@
 use super::SoftStep;
 use super::face::NONE;
 use crate::bodies::Bodies;
+use crate::force::Wrench;
 use crate::integrate::{Step, slow_rotation, turn_freely, turns_steadily};
 use crate::observe::accounts::Motive;
 use crate::observe::energy::Energy;
@@ -17,6 +18,19 @@ use carom_solver::soft::{SoftBody, SoftChoice};
 
 /// Bodies that a worker takes at a time.
 pub(super) const BODIES: usize = 128;
+
+/// What all impulses of a step do to a body.
+#[derive(Clone, Copy)]
+pub(super) struct Kicked<S: Geometry> {
+    /// Velocities after them.
+    pub after: Twist<S>,
+    /// Its energy then.
+    pub energy: Energy,
+    /// Work of gravity \[J\].
+    pub gravity: f64,
+    /// Work of applied forces, and of applied torques \[J\].
+    pub applied: [f64; 2],
+}
 
 /// A column in f32.
 pub(super) fn narrow<C: Column, A: Several<f32>>(column: C) -> A {
@@ -87,26 +101,21 @@ impl<S: Geometry> SoftStep<S> {
         workers: &Workers,
     ) {
         self.number(bodies);
-        let record = |i: u32| self.record_of[i as usize];
-        self.patches.pairs.clear();
-        self.patches.pairs.extend(self.met.iter().map(|met| (record(met.a), record(met.b))));
-        self.put_in_groups(choice);
-        let h = step.dt / choice.substeps as f64;
-        let mut records = std::mem::take(&mut self.records);
-        let record = |i: u32| self.record(bodies, i as usize, step, h);
-        match self.body_of.get(1) {
-            Some(i) => records.resize(self.body_of.len() - 1, record(*i)),
-            None => records.clear(),
-        }
-        workers.each(&mut records, BODIES, |first, records| {
-            for (to, i) in records.iter_mut().zip(&self.body_of[first + 1..]) {
-                *to = record(*i);
+        let record_of = &self.record_of;
+        let record = |i: u32| record_of[i as usize];
+        workers.each(&mut self.patches.pairs, BODIES, |_, pairs| {
+            for (a, b) in pairs {
+                (*a, *b) = (record(*a), record(*b));
             }
         });
-        for record in &records {
-            self.solver.add(record);
-        }
-        self.records = records;
+        self.put_in_groups(choice);
+        let h = step.dt / choice.substeps as f64;
+        let (body_of, start, loads) = (&self.body_of, &self.start, &self.loads);
+        let body = |record: usize| {
+            let i = body_of[record] as usize;
+            body_of_lanes(bodies, (i, &start[i], &loads[i]), step, h)
+        };
+        self.solver.fill(body_of.len() - 1, body, workers);
     }
 
     /// Numbers the records of all bodies that touch something.
@@ -119,8 +128,8 @@ impl<S: Geometry> SoftStep<S> {
         self.obstacles = 1;
         // one record serves all obstacles at rest; its name in reports is the last one's
         let mut resting = None;
-        for met in &self.met {
-            for i in [met.a as usize, met.b as usize] {
+        for (a, b) in &self.patches.pairs {
+            for i in [*a as usize, *b as usize] {
                 self.record_of[i] = 0;
                 if !bodies.is_dynamic(i) && self.start[i] == Twist::default() {
                     resting = resting.max(Some(i as u32));
@@ -162,22 +171,18 @@ impl<S: Geometry> SoftStep<S> {
         }
     }
 
-    /// A body as the lanes see it, with its loads over a substep of length `h`.
-    fn record(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>, h: f64) -> SoftBody<S> {
-        let inverse = bodies.inverse_mass(i);
-        let wrench = &self.loads[i];
-        let (mut load, mut spin_load) = (S::Vector::ZERO, S::Spin::ZERO);
-        if bodies.is_dynamic(i) {
-            load = (step.gravity + wrench.force * inverse.linear) * h;
-            spin_load = inverse.angular.apply(wrench.torque) * h;
-        }
-        SoftBody {
-            velocity: narrow(self.start[i].linear),
-            spin: narrow(self.start[i].angular),
-            load: narrow(load),
-            spin_load: narrow(spin_load),
-            inverse_mass: inverse.linear as f32,
-            inverse_inertia: entries::<S>(&inverse.angular),
+    /// What all impulses of the step do to a body.
+    pub(super) fn kick_of(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>) -> Kicked<S> {
+        let (before, after, data) = (&self.start[i], self.kicked(bodies, i, step), &bodies.data[i]);
+        let mean = (before.linear + after.linear) * (0.5 * step.dt);
+        let turn = (before.angular + after.angular) * (0.5 * step.dt);
+        let turns = data.inverse_inertia != S::Inertia::ZERO;
+        let turning = if turns { self.loads[i].torque.dot(turn) } else { 0.0 };
+        Kicked {
+            after,
+            energy: Energy::of_motion(bodies, i, (&bodies.motion.pose(i), &after), step.gravity),
+            gravity: data.mass_properties.mass * step.gravity.dot(mean),
+            applied: [self.loads[i].force.dot(mean), turning],
         }
     }
 
@@ -210,7 +215,8 @@ impl<S: Geometry> SoftStep<S> {
                 to.0 = self.end(bodies, i, step);
                 let Twist { linear, angular } = bodies.motion.twist(i);
                 let twist = Twist { linear, angular: angular + self.after[i] };
-                to.1 = Energy::of_motion(bodies, i, (&to.0, &twist), step.gravity);
+                let energy = || Energy::of_motion(bodies, i, (&to.0, &twist), step.gravity);
+                to.1 = bodies.is_dynamic(i).then(energy);
             }
         });
         let mut energy = Energy::default();
@@ -218,9 +224,7 @@ impl<S: Geometry> SoftStep<S> {
             let i = bodies.movers()[k] as usize;
             (bodies.motion.position[i], bodies.motion.rotation[i]) = (end.position, end.rotation);
             bodies.motion.angular_velocity[i] += self.after[i];
-            if bodies.is_dynamic(i) {
-                energy.add(*own);
-            }
+            own.iter().for_each(|own| energy.add(*own));
         }
         energy.add_asleep(bodies, step.gravity);
         self.ends = ends;
@@ -251,6 +255,30 @@ impl<S: Geometry> SoftStep<S> {
             rotation = turn.map_or(rotation, |turn| rotation.then(&turn));
         }
         Pose { position, rotation }
+    }
+}
+
+/// A body as the lanes see it, which begins the step so, with its loads over a substep of length `h`.
+#[inline]
+fn body_of_lanes<S: Geometry>(
+    bodies: &Bodies<S>,
+    (i, start, wrench): (usize, &Twist<S>, &Wrench<S>),
+    step: &Step<S>,
+    h: f64,
+) -> SoftBody<S> {
+    let inverse = bodies.inverse_mass(i);
+    let (mut load, mut spin_load) = (S::Vector::ZERO, S::Spin::ZERO);
+    if bodies.is_dynamic(i) {
+        load = (step.gravity + wrench.force * inverse.linear) * h;
+        spin_load = inverse.angular.apply(wrench.torque) * h;
+    }
+    SoftBody {
+        velocity: narrow(start.linear),
+        spin: narrow(start.angular),
+        load: narrow(load),
+        spin_load: narrow(spin_load),
+        inverse_mass: inverse.linear as f32,
+        inverse_inertia: entries::<S>(&inverse.angular),
     }
 }
 

@@ -7,10 +7,13 @@ use crate::material::Coefficients;
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::wide::{inner, minus};
-use carom_math::{Column, Precise, Several};
+use carom_math::{Column, Precise, Several, Workers};
 use carom_solver::soft::{APART, Last, Numbers, Rare, SoftChoice};
 use std::ops::Range;
 use std::sync::Arc;
+
+/// Faces that a worker takes at a time.
+const FACES: usize = 256;
 
 /// What patches start from.
 pub(super) struct Begun<S: Geometry, R: Precise> {
@@ -132,64 +135,75 @@ pub(super) fn rolling_axis<S: Geometry>(normal: S::Vector, k: usize) -> S::Spin 
 
 impl<S: Geometry> SoftStep<S> {
     /// Keeps the last substep's impulses as forces, and what was seen of their patches for the next step.
-    pub(super) fn remember(&mut self, warm: &mut WarmStart<S>, choice: &SoftChoice) {
+    pub(super) fn remember(&mut self, warm: &mut WarmStart<S>, choice: &SoftChoice, workers: &Workers) {
+        // what was there is not forgotten first, to be written once
+        let mut forces = std::mem::take(&mut warm.patches.forces);
         warm.clear();
-        let (rate, none) = (1.0 / f64::from(choice.h), PatchForce::zero());
-        let forces = &mut warm.patches.forces;
-        forces.reserve(self.met.len());
-        self.forgotten.clear();
-        let mut all_stand = self.met.len() == self.before.len();
-        for (k, met) in self.met.iter().enumerate() {
-            let last = self.solver.last(k);
-            all_stand &= met.again && met.seen as usize == k;
-            let points = usize::from(met.count);
-            // a face that bears nothing is kept too where its points can be used again: to look for them is what costs
-            let bears = || last.normal.slice().iter().any(|x| *x != 0.0);
-            if points < S::DIM && !met.is_angular && !bears() {
-                self.forgotten.push(k as u32);
-                continue;
-            }
-            let rolls = self.kinds[met.kind as usize].rolling > 0.0;
-            // written where it stays
-            forces.push(none);
-            if let Some(force) = forces.last_mut() {
-                press(force, (points, met.normal, rolls), &last, rate);
-            }
-        }
-        if all_stand && self.forgotten.is_empty() {
-            warm.patches.seen = self.before.clone();
+        if self.met.is_empty() {
             return;
         }
-        warm.patches.seen = Arc::new(self.list_of_seen());
+        self.choose_kept();
+        let all_stand = self.kept.is_all() && self.tally.again.are_all_of(self.before.len());
+        let (rate, none) = (1.0 / f64::from(choice.h), PatchForce::zero());
+        forces.resize(self.kept.len(), none);
+        let this = &*self;
+        workers.each(&mut forces, FACES, |first, forces| {
+            for (force, place) in forces.iter_mut().zip(first..) {
+                let k = this.kept.face(place);
+                let (met, last) = (&this.met[k], this.solver.last(k));
+                let rolls = this.kinds[met.kind as usize].rolling > 0.0;
+                // written where it stays
+                *force = none;
+                press(force, (usize::from(met.count), met.normal, rolls), &last, rate);
+            }
+        });
+        warm.patches.forces = forces;
+        warm.patches.seen =
+            if all_stand { self.before.clone() } else { Arc::new(self.list_of_seen(workers)) };
     }
 
-    /// What was seen of all faces but the forgotten ones.
-    fn list_of_seen(&mut self) -> Vec<Seen<S>> {
-        let mut list = std::mem::take(&mut self.spare);
-        let Some(first) = self.before.first().or(self.fresh.first()) else { return list };
-        list.resize(self.met.len() - self.forgotten.len(), *first);
-        let mut to = 0;
-        let mut copy = |again: bool, run: Range<usize>| {
-            let end = to + run.len();
-            list[to..end].copy_from_slice(&self.seen_in(again)[run]);
-            to = end;
-        };
-        let mut forgotten = self.forgotten.iter().peekable();
-        let mut run = (true, 0..0);
-        for (k, met) in self.met.iter().enumerate() {
-            if forgotten.next_if(|f| **f as usize == k).is_some() {
-                continue;
-            }
-            // what follows in the same list is copied together
-            let place = met.seen as usize;
-            if (met.again, place) == (run.0, run.1.end) {
-                run.1.end += 1;
-            } else {
-                copy(run.0, run.1);
-                run = (met.again, place..place + 1);
-            }
+    /// Chooses the faces that something is remembered of.
+    fn choose_kept(&mut self) {
+        let count = self.met.len();
+        if self.tally.loose == 0 {
+            return self.kept.keep_all(count);
         }
-        copy(run.0, run.1);
+        let (met, solver) = (&self.met, &self.solver);
+        self.kept.keep(count, |k| {
+            // a face that bears nothing is kept too where its points can be used again: to look for them is what costs
+            let points_last = usize::from(met[k].count) >= S::DIM || met[k].is_angular;
+            points_last || solver.last(k).normal.slice().iter().any(|x| *x != 0.0)
+        });
+    }
+
+    /// What was seen of the faces that are kept.
+    fn list_of_seen(&mut self, workers: &Workers) -> Vec<Seen<S>> {
+        let mut list = std::mem::take(&mut self.spare);
+        let Some(first) = self.before.first().or(self.fresh.first()) else { return Vec::new() };
+        list.resize(self.kept.len(), *first);
+        let this = &*self;
+        workers.each(&mut list, FACES, |first, list| {
+            let places = first..first + list.len();
+            let mut to = 0;
+            let mut copy = |again: bool, run: Range<usize>| {
+                let end = to + run.len();
+                list[to..end].copy_from_slice(&this.seen_in(again)[run]);
+                to = end;
+            };
+            let mut run = (true, 0..0);
+            for place in places {
+                // what follows in the same list is copied together
+                let met = &this.met[this.kept.face(place)];
+                let place = met.seen as usize;
+                if (met.again, place) == (run.0, run.1.end) {
+                    run.1.end += 1;
+                } else {
+                    copy(run.0, run.1);
+                    run = (met.again, place..place + 1);
+                }
+            }
+            copy(run.0, run.1);
+        });
         list
     }
 

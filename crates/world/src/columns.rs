@@ -1,0 +1,140 @@
+//! What pairs are looked at by, body after body: where each body with a shape is in the step ahead, what it takes up there, how fast
+//! and how far it goes. Workers write stretches of the columns, each its own.
+
+use crate::ahead::{Ahead, Mover};
+use carom_geometry::{Aabb, Geometry};
+use carom_math::{Column, Pose, Rotation, Workers};
+
+/// Bodies that a worker takes at a time; nothing depends on it but the time.
+pub(crate) const CHUNK: usize = 128;
+/// So many bodies are placed before others have come.
+const FEW: usize = 3 * CHUNK;
+
+/// Columns of bodies with a shape.
+pub(crate) struct Columns<S: Geometry> {
+    pub movers: Vec<Mover<S>>,
+    pub poses: Vec<Pose<S>>,
+    /// Boxes, grown by the margins.
+    pub bounds: Vec<Aabb<S>>,
+    /// Shares of pairs' margins \[m\].
+    pub margins: Vec<f64>,
+    /// The way that a point of each body's surface has behind it at most, turning included, since somebody began to count \[m\].
+    pub ways: Vec<f64>,
+    /// Speeds, own ones and those shared with neighbours \[m/s\].
+    pub own: Vec<f64>,
+    pub speeds: Vec<f64>,
+}
+
+impl<S: Geometry> Default for Columns<S> {
+    fn default() -> Self {
+        let (movers, poses, bounds, margins) = Default::default();
+        let (ways, own, speeds) = Default::default();
+        Columns { movers, poses, bounds, margins, ways, own, speeds }
+    }
+}
+
+impl<S: Geometry> Columns<S> {
+    /// Room for these bodies, which have no way behind them.
+    pub fn make_room(&mut self, movers: impl ExactSizeIterator<Item = Mover<S>>) {
+        let count = movers.len();
+        self.movers.clear();
+        self.movers.extend(movers);
+        self.poses.resize(count, Pose::default());
+        self.bounds.resize(count, Aabb { min: S::Vector::ZERO, max: S::Vector::ZERO });
+        self.ways.clear();
+        for column in [&mut self.ways, &mut self.margins, &mut self.speeds, &mut self.own] {
+            column.resize(count, 0.0);
+        }
+    }
+
+    /// Takes in where all of them are.
+    pub fn place_all(&mut self, colliders: &[S::Collider], ahead: &Ahead<S>) {
+        let count = self.movers.len();
+        let mut all = self.stretch();
+        (0..count).for_each(|k| all.place(k, colliders, ahead));
+    }
+
+    /// The same of some, ascending.
+    pub fn place(&mut self, some: &[u32], colliders: &[S::Collider], ahead: &Ahead<S>, workers: &Workers) {
+        let mut rest = self.stretch();
+        if workers.is_alone() || some.len() <= FEW {
+            return some.iter().for_each(|k| rest.place(*k as usize, colliders, ahead));
+        }
+        let mut parts = Vec::with_capacity(some.len().div_ceil(CHUNK));
+        for own in some.chunks(CHUNK) {
+            let stretch;
+            (stretch, rest) = rest.split_behind(own[own.len() - 1] as usize);
+            parts.push((stretch, own));
+        }
+        workers.share(parts, |(stretch, own)| {
+            own.iter().for_each(|k| stretch.place(*k as usize, colliders, ahead));
+        });
+    }
+
+    fn stretch(&mut self) -> Stretch<'_, S> {
+        let Columns { movers, poses, bounds, margins, ways, own, speeds } = self;
+        Stretch { first: 0, movers, poses, bounds, margins, ways, own, speeds }
+    }
+}
+
+/// A stretch of the columns.
+struct Stretch<'a, S: Geometry> {
+    /// Place of its first body.
+    first: usize,
+    movers: &'a mut [Mover<S>],
+    poses: &'a mut [Pose<S>],
+    bounds: &'a mut [Aabb<S>],
+    margins: &'a mut [f64],
+    ways: &'a mut [f64],
+    own: &'a mut [f64],
+    speeds: &'a mut [f64],
+}
+
+impl<S: Geometry> Stretch<'_, S> {
+    /// Up to a body, and what is behind it.
+    fn split_behind(self, last: usize) -> (Self, Self) {
+        let count = last + 1 - self.first;
+        let (movers, poses) = (self.movers.split_at_mut(count), self.poses.split_at_mut(count));
+        let (bounds, margins) = (self.bounds.split_at_mut(count), self.margins.split_at_mut(count));
+        let (ways, own) = (self.ways.split_at_mut(count), self.own.split_at_mut(count));
+        let speeds = self.speeds.split_at_mut(count);
+        let part = |first, movers, poses, bounds, margins, ways, own, speeds| Stretch {
+            first,
+            movers,
+            poses,
+            bounds,
+            margins,
+            ways,
+            own,
+            speeds,
+        };
+        (
+            part(self.first, movers.0, poses.0, bounds.0, margins.0, ways.0, own.0, speeds.0),
+            part(last + 1, movers.1, poses.1, bounds.1, margins.1, ways.1, own.1, speeds.1),
+        )
+    }
+
+    /// Box, pose, speed and margin of a body in the step ahead.
+    #[inline(always)]
+    fn place(&mut self, k: usize, colliders: &[S::Collider], ahead: &Ahead<S>) {
+        let (collider, k) = (&colliders[k], k - self.first);
+        let mover = &mut self.movers[k];
+        mover.moved(ahead);
+        let (speed, pose) = (mover.speed(ahead.dt), mover.shape_pose());
+        let margin = mover.margin(ahead, speed);
+        self.bounds[k] = S::bounds(collider, &pose, margin);
+        self.ways[k] += way(&self.poses[k], &pose, mover.reach);
+        (self.speeds[k], self.own[k], self.margins[k]) = (speed, speed, margin);
+        self.poses[k] = pose;
+    }
+}
+
+/// How far a point that is within `reach` \[m\] of the frame's origin goes at most from one pose to another \[m\]: turning by an angle
+/// moves it by 2 reach sin(angle/2), and the numbers of the two rotations are apart by 2 sin(angle/4) in space, 2 sin(angle/2)
+/// in the plane.
+fn way<S: Geometry>(from: &Pose<S>, to: &Pose<S>, reach: f64) -> f64 {
+    let numbers = from.rotation.as_slice().iter().zip(to.rotation.as_slice());
+    let apart = numbers.map(|(p, q)| (p - q) * (p - q)).sum::<f64>();
+    let turned = if apart > 0.0 { 2.0 * reach * apart.sqrt() } else { 0.0 };
+    (to.position - from.position).norm() + turned
+}
