@@ -227,7 +227,7 @@ impl<'a, S: Space> Couple<'a, S> {
 }
 
 /// How fast surfaces of pairs can come towards each other, as they move now \[m/s\]: |v + w x r| + |dw| arm of
-/// [`Couple::approach`]. Of each its smaller body and its larger one are asked for.
+/// `approach`. Of each its smaller body and its larger one are asked for.
 #[inline(always)]
 pub fn closing<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P) -> P::Number {
     let (place, velocity, spin) = motion::<S, P>(pairs, 0);
