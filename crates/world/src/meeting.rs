@@ -79,15 +79,6 @@ struct Asked<'a, S: Geometry> {
     margin: f64,
 }
 
-impl<S: Geometry> Asked<'_, S> {
-    /// How far the boxes are apart along an axis \[m\].
-    #[inline(always)]
-    fn along(&self, k: usize) -> f64 {
-        let [a, b] = self.boxes;
-        (a.min[k] - b.max[k]).max(b.min[k] - a.max[k])
-    }
-}
-
 /// Asks a chunk of pairs: first one by one who may meet at all and has more than the least margin, then those side by side.
 struct Asking<'a, 'b, S: Geometry> {
     meeting: &'a Meeting<'b, S>,
@@ -139,21 +130,8 @@ fn within<'a, S: Geometry, L: Lanes>(
     let by_size = [asked[0].by_size, asked[1].by_size, asked[2].by_size, asked[3].by_size];
     let (own, approach) = (pairs.read(|pair| pair.margin), approach(Quartet(lanes, &by_size), dt));
     let within = approach.if_less(own, approach, own);
-    let gap = apart(pairs) + own;
+    let gap = pairs.read(|pair| pair.boxes[0].apart(pair.boxes[1])) + own;
     within.if_less(gap, own.like(-1.0), within).store()
-}
-
-/// How far boxes are apart along the axis on which they are so most \[m\]; negative where they overlap.
-#[inline(always)]
-fn apart<'a, S: Geometry + 'a, P: Abreast<Asked<'a, S>>>(pairs: P) -> P::Number
-where
-    P::Number: Four,
-{
-    let mut apart = pairs.read(|pair| pair.along(0));
-    for k in 1..S::DIM {
-        apart = apart.max(pairs.read(|pair| pair.along(k)));
-    }
-    apart
 }
 
 #[cfg(test)]
