@@ -77,7 +77,7 @@ pub struct Mover<S: Space> {
     /// How far a point of its surface moves per radian of turning \[m\].
     pub arm: f64,
     /// The least that its surface is thought to come in a step \[m\]; 0 for what impulses do not move.
-    least: f64,
+    pub least: f64,
     /// What gravity and loads do to its surface \[m/s^2\]: rates, for it may sleep through steps of other lengths.
     falls: f64,
     /// What loads alone do \[m/s^2\].
@@ -243,10 +243,14 @@ pub fn closing<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P) -> P::N
 /// larger body every point of the smaller one moves at |v + w x r| + |dw| arm, with the velocities v and spins w of the larger one
 /// and dw of both against each other. What a hit of this step does to others is seen by the next one.
 #[inline(always)]
-pub(crate) fn approach<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P, dt: f64) -> P::Number {
+pub(crate) fn approach<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(
+    pairs: P,
+    closing: P::Number,
+    dt: f64,
+) -> P::Number {
     let falls = pairs.read(|[a, b]| (a.falls + b.falls) * dt);
     let (least, twice) = (pairs.read(|[a, b]| a.least + b.least), pairs.read(|_| 2.0 * dt));
-    let margin = twice * (closing(pairs) + falls);
+    let margin = twice * (closing + falls);
     least.choose(margin, margin, least)
 }
 

@@ -26,12 +26,15 @@ pub(crate) struct Lasting<S: Space> {
     lasted: u32,
     /// Searches to come that give no room.
     pause: u32,
+    /// Counts the lists of pairs, and whether the last update left the list as it was.
+    number: u64,
+    stood: bool,
 }
 
 impl<S: Space> Lasting<S> {
     /// All pairs of boxes that overlap or touch, one of them movable, and perhaps some that do not, in lexicographic order. Who may
     /// pair is asked by the caller at every step, for it may change while boxes stand; pairs that are not to last are only those
-    /// that `sift` keeps. With them what is remembered of each.
+    /// that `sift` keeps.
     pub fn update(
         &mut self,
         broad: &mut BroadPhase<S>,
@@ -39,10 +42,10 @@ impl<S: Space> Lasting<S> {
         changed: Changed<'_>,
         sift: Sift<'_>,
         workers: &Workers,
-    ) -> (&[(u32, u32)], &[Remembered]) {
+    ) {
         if self.stand(bounds, &changed) {
-            self.lasted += 1;
-            return (&self.pairs, &self.remembered);
+            (self.lasted, self.stood) = (self.lasted + 1, true);
+            return;
         }
         if !self.boxes.is_empty() && self.lasted < SOME && self.pause == 0 {
             self.pause = PAUSE;
@@ -63,10 +66,29 @@ impl<S: Space> Lasting<S> {
         // of pairs for this step alone most need not be put in order and kept
         let sift = if self.pause == 0 { &|_: &mut Vec<(u32, u32)>| () } else { sift };
         let pairs = broad.update_some((&self.boxes, movable), changed, sift, workers);
+        self.stood = self.pairs == pairs && self.remembered.len() == pairs.len();
+        if self.stood {
+            return;
+        }
         hand_on((&self.pairs, &mut self.remembered), pairs, &mut self.room);
         self.pairs.clear();
         self.pairs.extend_from_slice(pairs);
+        self.number += 1;
+    }
+
+    /// The pairs, and what is remembered of each.
+    pub fn pairs(&self) -> (&[(u32, u32)], &[Remembered]) {
         (&self.pairs, &self.remembered)
+    }
+
+    /// The number of the list: one number, one list.
+    pub fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// Whether the last update left the list as it was.
+    pub fn stood(&self) -> bool {
+        self.stood
     }
 
     /// Whether everybody is in the box that it was looked for in.
@@ -134,8 +156,10 @@ mod tests {
             };
             let may = |i: usize, j: usize| !(i + j).is_multiple_of(3);
             let sift = |pairs: &mut Vec<(u32, u32)>| pairs.retain(|p| may(p.0 as usize, p.1 as usize));
-            let (found, _) =
-                lasting.update(&mut broad, (&bounds, &movable), changed, &sift, &Workers::default());
+            let (number, old) = (lasting.number(), lasting.pairs().0.to_vec());
+            lasting.update(&mut broad, (&bounds, &movable), changed, &sift, &Workers::default());
+            let found = lasting.pairs().0;
+            assert_eq!(number == lasting.number(), old == found && !found.is_empty());
             let met = |i: u32, j: u32| bounds[i as usize].overlaps(&bounds[j as usize]);
             let meet = |p: &&(u32, u32)| met(p.0, p.1) && may(p.0 as usize, p.1 as usize);
             let (all, found) = (found.len(), found.iter().filter(meet).copied().collect::<Vec<_>>());

@@ -2,9 +2,10 @@
 //! surfaces can come towards each other. Pairs are asked four at a time.
 
 use crate::abreast::{Abreast, Quartet};
-use crate::ahead::{Couple, Mover, approach};
+use crate::ahead::{Ahead, Couple, Mover, approach, closing};
 use crate::columns::{CHUNK, Columns};
 use crate::joint::Joints;
+use crate::settings::Scheme;
 use carom_geometry::{Aabb, Geometry};
 use carom_math::lanes::{Four, Job, Lanes, dispatch};
 
@@ -26,6 +27,12 @@ pub(crate) struct Meeting<'a, S: Geometry> {
 type Margins = [f64; CHUNK];
 
 impl<'a, S: Geometry> Meeting<'a, S> {
+    /// In the step ahead.
+    pub fn new(columns: &'a Columns<S>, ahead: &Ahead<'a, S>) -> Self {
+        let soft = ahead.settings.scheme == Scheme::SoftStep && ahead.settings.contact_margin.is_none();
+        Meeting { columns, joints: &ahead.bodies.joints, soft, dt: ahead.dt }
+    }
+
     /// Two bodies by their places in the columns.
     #[inline(always)]
     pub fn couple(&self, i: usize, j: usize) -> Couple<'a, S> {
@@ -65,18 +72,62 @@ impl<'a, S: Geometry> Meeting<'a, S> {
     }
 
     #[inline(always)]
-    fn asked(&self, (i, j): (u32, u32), margin: f64) -> Asked<'a, S> {
+    fn boxed(&self, (i, j): (u32, u32), margin: f64) -> Boxed<'a, S> {
         let (i, j) = (i as usize, j as usize);
-        let couple = self.couple(i, j);
-        Asked { by_size: couple.by_size(), boxes: [&self.columns.bounds[i], &self.columns.bounds[j]], margin }
+        Boxed { boxes: [&self.columns.bounds[i], &self.columns.bounds[j]], margin }
+    }
+
+    /// Whether four pairs are near enough whatever their speed, some points of whose surfaces are that far apart \[m\]: margins of boxes
+    /// and of pairs are no less than the least. A hundredth is more than all rounding.
+    #[inline(always)]
+    pub fn are_surely_near<F: Four>(
+        &self,
+        by_size: impl Abreast<[&'a Mover<S>; 2], Number = F>,
+        apart: F,
+    ) -> bool {
+        let least = by_size.read(|[a, b]| 0.99 * (a.least + b.least));
+        self.soft && apart.less(least) == (1 << AT_ONCE) - 1
+    }
+
+    /// Which of four pairs that may meet are near enough to be looked at, bit by bit: those whose margins [`Meeting::margins`] tells.
+    /// Of each its smaller body and its larger one, and how fast they can come towards each other.
+    #[inline(always)]
+    pub fn near<L: Lanes>(
+        &self,
+        by_size: Quartet<'_, [&'a Mover<S>; 2], L>,
+        closing: L::Four,
+        [p, q, r, t]: [(u32, u32); AT_ONCE],
+    ) -> u32 {
+        let margin = |(i, j): (u32, u32)| self.columns.margins[i as usize] + self.columns.margins[j as usize];
+        let boxed = [
+            self.boxed(p, margin(p)),
+            self.boxed(q, margin(q)),
+            self.boxed(r, margin(r)),
+            self.boxed(t, margin(t)),
+        ];
+        let boxed = Quartet(by_size.0, &boxed);
+        let (apart, own) = (boxed.read(Boxed::apart), boxed.read(|pair| pair.margin));
+        let overlap = !own.like(0.0).less(apart);
+        if !self.soft {
+            return overlap;
+        }
+        let within = within(by_size, closing, own, self.dt);
+        overlap & !within.less(apart + own)
     }
 }
 
-/// A pair with its boxes and the margins of both \[m\].
-struct Asked<'a, S: Geometry> {
-    by_size: [&'a Mover<S>; 2],
+/// A pair's boxes, and the margins of both \[m\].
+struct Boxed<'a, S: Geometry> {
     boxes: [&'a Aabb<S>; 2],
     margin: f64,
+}
+
+impl<S: Geometry> Boxed<'_, S> {
+    /// How far the boxes are apart \[m\].
+    #[inline(always)]
+    fn apart(&self) -> f64 {
+        self.boxes[0].apart(self.boxes[1])
+    }
 }
 
 /// Asks a chunk of pairs: first one by one who may meet at all and has more than the least margin, then those side by side.
@@ -105,41 +156,46 @@ impl<S: Geometry> Job for Asking<'_, '_, S> {
             let at = |k: usize| usize::from(some[k.min(some.len() - 1)]);
             let places = [at(0), at(1), at(2), at(3)];
             let [p, q, r, t] = places;
-            let asked = [
-                meeting.asked(pairs[p], margins[p]),
-                meeting.asked(pairs[q], margins[q]),
-                meeting.asked(pairs[r], margins[r]),
-                meeting.asked(pairs[t], margins[t]),
-            ];
-            let within = within(Quartet(lanes, &asked), lanes, &asked, meeting.dt);
-            for (place, within) in places.iter().zip(within) {
+            let by_size = |(i, j): (u32, u32)| meeting.couple(i as usize, j as usize).by_size();
+            let (boxed, by_size) = (
+                [
+                    meeting.boxed(pairs[p], margins[p]),
+                    meeting.boxed(pairs[q], margins[q]),
+                    meeting.boxed(pairs[r], margins[r]),
+                    meeting.boxed(pairs[t], margins[t]),
+                ],
+                [by_size(pairs[p]), by_size(pairs[q]), by_size(pairs[r]), by_size(pairs[t])],
+            );
+            let (boxed, by_size) = (Quartet(lanes, &boxed), Quartet(lanes, &by_size));
+            let own = boxed.read(|pair| pair.margin);
+            let within = within(by_size, closing(by_size), own, meeting.dt);
+            // -1 where boxes are farther than that without their margins
+            let gap = boxed.read(Boxed::apart) + own;
+            let told = within.if_less(gap, own.like(-1.0), within).store();
+            for (place, within) in places.iter().zip(told) {
                 margins[*place] = within;
             }
         }
     }
 }
 
-/// The margins of four pairs where their boxes are that near without them \[m\], and -1 elsewhere.
+/// Up to which gaps contacts of four pairs are looked for \[m\], whose boxes' margins are `own` \[m\].
 #[inline(always)]
 fn within<'a, S: Geometry, L: Lanes>(
-    pairs: Quartet<'_, Asked<'a, S>, L>,
-    lanes: L,
-    asked: &[Asked<'a, S>; AT_ONCE],
+    by_size: Quartet<'_, [&'a Mover<S>; 2], L>,
+    closing: L::Four,
+    own: L::Four,
     dt: f64,
-) -> [f64; AT_ONCE] {
-    let by_size = [asked[0].by_size, asked[1].by_size, asked[2].by_size, asked[3].by_size];
-    let (own, approach) = (pairs.read(|pair| pair.margin), approach(Quartet(lanes, &by_size), dt));
-    let within = approach.if_less(own, approach, own);
-    let gap = pairs.read(|pair| pair.boxes[0].apart(pair.boxes[1])) + own;
-    within.if_less(gap, own.like(-1.0), within).store()
+) -> L::Four {
+    let approach = approach(by_size, closing, dt);
+    approach.if_less(own, approach, own)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::abreast::One;
-    use crate::ahead::Ahead;
-    use crate::{BodySpec, PlanarShape, Scheme, Settings, SpatialShape, World};
+    use crate::{BodySpec, PlanarShape, Settings, SpatialShape, World};
     use carom_math::lanes::Portable;
     use carom_math::{Column, Planar, Spatial};
 
@@ -179,7 +235,8 @@ mod tests {
                 let (i, j) = (i as usize, j as usize);
                 let (couple, boxes) = (meeting.couple(i, j), [&columns.bounds[i], &columns.bounds[j]]);
                 let own = columns.margins[i] + columns.margins[j];
-                let approach = approach(One(&couple.by_size()), dt);
+                let by_size = couple.by_size();
+                let approach = approach(One(&by_size), closing(One(&by_size)), dt);
                 let within = if soft { own.min(approach) } else { own };
                 let near = boxes[0].overlaps(boxes[1]) && boxes[0].apart(boxes[1]) + own <= within;
                 if near && couple.may_meet() { within } else { -1.0 }
@@ -194,6 +251,17 @@ mod tests {
                     let own = columns.margins[pair.0 as usize] + columns.margins[pair.1 as usize];
                     narrower += usize::from(margin >= 0.0 && margin < own);
                     met.extend((margin >= 0.0).then_some(*pair));
+                }
+            }
+            for some in pairs.chunks_exact(AT_ONCE) {
+                let (some, couple) = ([some[0], some[1], some[2], some[3]], |k: usize| {
+                    meeting.couple(some[k].0 as usize, some[k].1 as usize)
+                });
+                let by_size = [0, 1, 2, 3].map(|k| couple(k).by_size());
+                let by_size = Quartet(Portable, &by_size);
+                let near = meeting.near(by_size, closing(by_size), some);
+                for (k, pair) in some.iter().enumerate().filter(|(k, _)| couple(*k).may_meet()) {
+                    assert_eq!(near >> k & 1 == 1, alone(pair) >= 0.0, "{pair:?}");
                 }
             }
             assert!(met.len() > 50 && met.len() < pairs.len() / 2, "{} of {}", met.len(), pairs.len());

@@ -101,6 +101,11 @@ impl<'a, S: Geometry> Nears<'a, S> {
         let Asked { i, j, .. } = self.asked[k];
         self.meeting.couple(i as usize, j as usize)
     }
+    /// The place of one among all pairs.
+    #[inline]
+    pub fn place(&self, k: usize) -> usize {
+        self.asked[k].place
+    }
     /// One of them.
     #[inline]
     pub fn near(&self, k: usize) -> Near<'a, S> {
@@ -212,10 +217,24 @@ impl<S: Geometry> NarrowPhase<S> {
         finder: &F,
         findings: &mut Memory<Chunk<F::Findings>>,
     ) {
-        let Ahead { bodies, settings, .. } = *ahead;
+        self.pair(ahead);
+        self.look(ahead, finder, findings);
+    }
+
+    /// Finds the pairs that may touch in the step ahead.
+    pub(crate) fn pair(&mut self, ahead: &Ahead<S>) {
         let (stands_as_before, sleeps_as_before) = self.prepare(ahead);
-        let data = &bodies.data;
-        let indices = &self.indices;
+        let Ahead { bodies, settings, .. } = *ahead;
+        let (others, asleep) = (self.moving.as_slice(), self.asleep.as_slice());
+        let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
+        if lasts(settings) {
+            let columns = &self.columns;
+            let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
+            let meeting = Meeting::new(columns, ahead);
+            let sift = |pairs: &mut Vec<(u32, u32)>| meeting.sift(pairs);
+            return self.lasting.update(&mut self.broad, boxes, changed, &sift, &self.workers);
+        }
+        let (data, indices) = (&bodies.data, &self.indices);
         let may_pair = |i: usize, j: usize| {
             let (a, b) = (&data[indices[i]], &data[indices[j]]);
             let moves = a.inverse_mass > 0.0 || b.inverse_mass > 0.0;
@@ -223,55 +242,104 @@ impl<S: Geometry> NarrowPhase<S> {
             moves && groups && !bodies.joints.keeps_apart(indices[i], indices[j])
         };
         let sift = |pairs: &mut Vec<(u32, u32)>| pairs.retain(|(i, j)| may_pair(*i as usize, *j as usize));
-        let (others, asleep) = (self.moving.as_slice(), self.asleep.as_slice());
-        let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
-        let soft = settings.scheme == Scheme::SoftStep && settings.contact_margin.is_none();
-        let lasts = soft || settings.contact_margin.is_some();
         let (columns, colliders) = (&mut self.columns, self.colliders.0.as_slice());
-        let (pairs, remembered) = if lasts {
-            let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
-            let meeting = Meeting { columns, joints: &bodies.joints, soft, dt: ahead.dt };
-            let sift = |pairs: &mut Vec<(u32, u32)>| meeting.sift(pairs);
-            self.lasting.update(&mut self.broad, boxes, changed, &sift, &self.workers)
-        } else {
-            self.lasting.forget();
-            let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
-            let pairs = self.broad.update_some(boxes, changed, &sift, &self.workers);
-            if share_speeds(pairs, &self.movable, &mut columns.speeds, &columns.own) {
-                let faster = |k: &&u32| columns.speeds[**k as usize] != columns.own[**k as usize];
-                for k in self.moving.iter().filter(faster).map(|k| *k as usize) {
-                    columns.margins[k] = columns.movers[k].margin(ahead, columns.speeds[k]);
-                    columns.bounds[k] = S::bounds(&colliders[k], &columns.poses[k], columns.margins[k]);
-                }
-                let changed = Changed { stands_as_before: true, sleeps_as_before: true, ..changed };
-                let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
-                (self.broad.update_some(boxes, changed, &sift, &self.workers), &[][..])
-            } else {
-                (self.broad.pairs(), &[][..])
+        self.lasting.forget();
+        let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
+        let pairs = self.broad.update_some(boxes, changed, &sift, &self.workers);
+        if share_speeds(pairs, &self.movable, &mut columns.speeds, &columns.own) {
+            let faster = |k: &&u32| columns.speeds[**k as usize] != columns.own[**k as usize];
+            for k in self.moving.iter().filter(faster).map(|k| *k as usize) {
+                columns.margins[k] = columns.movers[k].margin(ahead, columns.speeds[k]);
+                columns.bounds[k] = S::bounds(&colliders[k], &columns.poses[k], columns.margins[k]);
             }
-        };
-        let columns = &*columns;
-        let meeting = Meeting { columns, joints: &bodies.joints, soft, dt: ahead.dt };
+            let changed = Changed { stands_as_before: true, sleeps_as_before: true, ..changed };
+            let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
+            self.broad.update_some(boxes, changed, &sift, &self.workers);
+        }
+    }
+
+    /// Hands the pairs that were found for this step to a finder, as [`NarrowPhase::search`] does.
+    pub(crate) fn look<F: Finder<S>>(
+        &self,
+        ahead: &Ahead<S>,
+        finder: &F,
+        findings: &mut Memory<Chunk<F::Findings>>,
+    ) {
+        let lasts = lasts(ahead.settings);
+        let (pairs, meeting) =
+            (if lasts { self.lasting.pairs().0 } else { self.broad.pairs() }, self.meeting(ahead));
         let find = |first: usize, pairs: &[(u32, u32)], chunk: &mut Chunk<F::Findings>| {
-            let Chunk { asked, found } = chunk;
-            finder.begin(found);
+            finder.begin(&mut chunk.found);
             for (some, first) in pairs.chunks(CHUNK).zip((first..).step_by(CHUNK)) {
-                asked.clear();
-                let of_boxes =
-                    |&(i, j): &(u32, u32)| columns.margins[i as usize] + columns.margins[j as usize];
-                let margins = if lasts {
-                    meeting.margins(some)
-                } else {
-                    std::array::from_fn(|k| some.get(k).map_or(-1.0, of_boxes))
-                };
-                let all = some.iter().zip(first..).zip(&margins);
-                let near = all.filter(|(_, margin)| **margin >= 0.0);
-                asked.extend(near.map(|((&(i, j), place), &margin)| Asked { i, j, place, margin }));
-                let meeting = &meeting;
-                finder.look(&Nears { asked, meeting, colliders, remembered }, found);
+                self.hand((&meeting, lasts), some, |k| first + k, (finder, chunk));
             }
         };
         self.workers.over(pairs, CHUNK, findings, find);
+    }
+
+    /// The same with some of the pairs that last, by their places, ascending.
+    pub(crate) fn look_at<F: Finder<S>>(
+        &self,
+        ahead: &Ahead<S>,
+        places: &[u32],
+        finder: &F,
+        findings: &mut Memory<Chunk<F::Findings>>,
+    ) {
+        let (pairs, meeting) = (self.lasting.pairs().0, self.meeting(ahead));
+        let find = |_: usize, places: &[u32], chunk: &mut Chunk<F::Findings>| {
+            finder.begin(&mut chunk.found);
+            for places in places.chunks(CHUNK) {
+                let mut some = [(0, 0); CHUNK];
+                for (pair, place) in some.iter_mut().zip(places) {
+                    *pair = pairs[*place as usize];
+                }
+                self.hand((&meeting, true), &some[..places.len()], |k| places[k] as usize, (finder, chunk));
+            }
+        };
+        self.workers.over(places, CHUNK, findings, find);
+    }
+
+    /// Hands a chunk of pairs to a finder, those of them that may touch.
+    #[inline(always)]
+    fn hand<F: Finder<S>>(
+        &self,
+        (meeting, lasts): (&Meeting<'_, S>, bool),
+        pairs: &[(u32, u32)],
+        place: impl Fn(usize) -> usize,
+        (finder, Chunk { asked, found }): (&F, &mut Chunk<F::Findings>),
+    ) {
+        let columns = &self.columns;
+        let of_boxes = |&(i, j): &(u32, u32)| columns.margins[i as usize] + columns.margins[j as usize];
+        let margins = if lasts {
+            meeting.margins(pairs)
+        } else {
+            std::array::from_fn(|k| pairs.get(k).map_or(-1.0, of_boxes))
+        };
+        asked.clear();
+        let near = pairs.iter().zip(&margins).enumerate().filter(|(_, (_, margin))| **margin >= 0.0);
+        asked.extend(near.map(|(k, (&(i, j), &margin))| Asked { i, j, place: place(k), margin }));
+        let remembered = if lasts { self.lasting.pairs().1 } else { &[] };
+        finder.look(&Nears { asked, meeting, colliders: &self.colliders.0, remembered }, found);
+    }
+
+    /// The number of the list of pairs that last, and whether it is that of the step before.
+    pub(crate) fn pairs_that_last(&self) -> (u64, bool) {
+        (self.lasting.number(), self.lasting.stood())
+    }
+
+    /// The list, by places in the columns.
+    pub(crate) fn lasting_pairs(&self) -> &[(u32, u32)] {
+        self.lasting.pairs().0
+    }
+
+    /// What pairs are looked at by.
+    pub(crate) fn columns(&self) -> &Columns<S> {
+        &self.columns
+    }
+
+    /// Who meets whom in the step ahead.
+    pub(crate) fn meeting<'a>(&'a self, ahead: &Ahead<'a, S>) -> Meeting<'a, S> {
+        Meeting::new(&self.columns, ahead)
     }
 
     /// Arranges what stands, as the first search would.
@@ -336,6 +404,11 @@ impl<S: Geometry> NarrowPhase<S> {
         // places may be those of others now
         self.lasting.forget_looks();
     }
+}
+
+/// Whether pairs are looked for in boxes that last from step to step.
+fn lasts<S: Space>(settings: &Settings<S>) -> bool {
+    settings.scheme == Scheme::SoftStep || settings.contact_margin.is_some()
 }
 
 /// Shapes made ready, in the columns' order.

@@ -26,7 +26,7 @@ use crate::observe::report::StepReport;
 use crate::settings::{Scheme, Settings};
 use crate::stepping::events::tape::Tape;
 use crate::stepping::schemes::{JointsLast, Schemes};
-use crate::stepping::soft_step::PatchList;
+use crate::stepping::soft_step::{PatchList, Standing as StandingFaces};
 use crate::stepping::{Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
@@ -89,6 +89,8 @@ pub struct World<S: Geometry> {
     /// Energy after the last step, while nothing was written.
     known_energy: Option<Energy>,
     narrow_phase: NarrowPhase<S>,
+    /// Faces of soft steps that stand; memory.
+    standing_faces: StandingFaces<S>,
     /// What is known of loads in the step ahead; memory.
     pushes: pushes::Pushes,
     touches: Vec<Touch<S>>,
@@ -126,6 +128,7 @@ impl<S: Geometry> World<S> {
             written: Written::All,
             known_energy: None,
             narrow_phase: NarrowPhase::default(),
+            standing_faces: StandingFaces::default(),
             pushes: pushes::Pushes::default(),
             touches: Vec::new(),
             schemes: Schemes::default(),
@@ -516,7 +519,7 @@ impl<S: Geometry> World<S> {
             }
             Scheme::SoftStep => {
                 let scheme = &mut self.schemes.soft_step;
-                scheme.advance(bodies, settings, &step, outside, warm)
+                scheme.advance(bodies, settings, &step, outside, (warm, &mut self.standing_faces))
             }
         };
         let mut report = report?;

@@ -2,7 +2,7 @@
 //! Numbers that only precondition the sweep (masses, couplings) have eight bits of mantissa: at its fixed point all
 //! increments vanish, so they move the way there and not the answer. Coefficients, arms, gaps and impulses are f32.
 
-use super::patch::{Last, Patch, PatchResult, Rare};
+use super::patch::{EightPatches, Last, PatchResult, Rare};
 use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
 use carom_math::{Several, Wide};
 
@@ -122,26 +122,15 @@ impl<S: Wide> Pack<S> {
         (pack, beside)
     }
 
-    /// Turns eight patches into columns, and begins their sums. What is beside them is as [`Pack::empty`] has it, but for what
-    /// the last step left.
+    /// Takes in eight patches, and begins their sums. What is beside them is as [`Pack::empty`] has it, but for what the last step
+    /// left.
     #[inline(always)]
-    pub fn fill<L: Lanes>(&mut self, lanes: L, beside: &mut Beside<S>, patches: [&Patch<S>; WIDTH]) {
-        let zero = Real::all(lanes, 0.0);
-        let mut columns = [zero; MOST_NUMBERS];
-        for row in 0..<S::Rows<f32> as Several<f32>>::LEN {
-            let mut eight = [zero; WIDTH];
-            for lane in 0..WIDTH {
-                eight[lane] = Real::load(lanes, &patches[lane].0[row]);
-            }
-            let eight = Real::turn(eight);
-            for k in 0..WIDTH {
-                columns[row * WIDTH + k] = eight[k];
-            }
-        }
+    pub fn fill(&mut self, beside: &mut Beside<S>, patches: &EightPatches<S>) {
+        let zero = Eight::default();
         let mut next = 0;
         macro_rules! take {
             ($place:expr) => {
-                $place = columns[next].store();
+                $place = patches.column(next);
                 next += 1;
             };
         }
@@ -154,7 +143,7 @@ impl<S: Wide> Pack<S> {
         take!(self.twisting);
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
             take!(self.rubbing[k]);
-            beside.rubbed[k] = zero.store();
+            beside.rubbed[k] = zero;
         }
         for i in 0..<S::Points<f32> as Several<f32>>::LEN {
             for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
@@ -162,7 +151,7 @@ impl<S: Wide> Pack<S> {
             }
             take!(self.points[i].gap);
             take!(self.points[i].impulse);
-            beside.total[i] = zero.store();
+            beside.total[i] = zero;
         }
     }
 
@@ -184,9 +173,6 @@ impl<S: Wide> Pack<S> {
         rows
     }
 }
-
-/// Numbers of a patch in space; the plane has fewer.
-const MOST_NUMBERS: usize = 32;
 
 impl<S: Wide> Beside<S> {
     /// Takes in what the patch in a lane needs and few do.

@@ -60,14 +60,6 @@ impl<S: Wide> Patch<S> {
         }
         patch
     }
-
-    /// Sets the coefficient of friction \[1\], and what friction over the patch and spinning friction bear of a torque about the
-    /// normal, over the normal impulse \[m\].
-    #[inline(always)]
-    pub fn set_friction(&mut self, friction: f32, twisting: f32) {
-        self[self::friction::<S>()] = friction;
-        self[self::friction::<S>() + 1] = twisting;
-    }
 }
 
 /// Where numbers of patches go: of one, or of several side by side.
@@ -101,6 +93,14 @@ pub trait Numbers<S: Wide> {
             self.put(first + k, place[k]);
         }
         self.put(first + point::<S>() - 2, gap);
+    }
+
+    /// Sets the coefficient of friction \[1\], and what friction over the patch and spinning friction bear of a torque about the
+    /// normal, over the normal impulse \[m\].
+    #[inline(always)]
+    fn set_friction(&mut self, friction: Self::Number, twisting: Self::Number) {
+        self.put(self::friction::<S>(), friction);
+        self.put(self::friction::<S>() + 1, twisting);
     }
 
     /// Sets the normal impulse of a substep that a point starts from \[N s\].
@@ -138,6 +138,33 @@ impl<S: Wide> EightPatches<S> {
     #[inline(always)]
     pub fn half(&mut self, others: bool) -> FourPatches<'_, S> {
         FourPatches { all: self, first: if others { 4 } else { 0 } }
+    }
+
+    /// Writes one of them.
+    pub fn replace(&mut self, lane: usize, patch: &Patch<S>) {
+        for k in 0..<S::Rows<f32> as Several<f32>>::LEN * WIDTH {
+            self.0[k / WIDTH][k % WIDTH].0[lane] = patch[k];
+        }
+    }
+
+    /// A number of all of them.
+    #[inline(always)]
+    pub(super) fn column(&self, k: usize) -> Eight {
+        self.0[k / WIDTH][k % WIDTH]
+    }
+
+    /// Takes them side by side.
+    #[inline(always)]
+    pub(super) fn join<L: Lanes>(&mut self, lanes: L, patches: [&Patch<S>; WIDTH]) {
+        for row in 0..<S::Rows<f32> as Several<f32>>::LEN {
+            let mut eight = [Real::all(lanes, 0.0); WIDTH];
+            for lane in 0..WIDTH {
+                eight[lane] = Real::load(lanes, &patches[lane].0[row]);
+            }
+            for (column, numbers) in self.0[row].iter_mut().zip(Real::turn(eight)) {
+                *column = numbers.store();
+            }
+        }
     }
 
     /// Each for itself.

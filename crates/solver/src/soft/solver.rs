@@ -7,7 +7,7 @@ use super::colours::Colours;
 use super::groups::Groups;
 use super::lead::{Beta, Led, begin, lead, lead_bodies};
 use super::pack::{Beside, Pack};
-use super::patch::{Last, Patch, PatchResult, Patches};
+use super::patch::{EightPatches, Last, Patch, PatchResult, Patches};
 use super::plan::{self, Plan, Share, Task};
 use super::prepare::{approach, prepare};
 use super::restitution::{bounce, compress};
@@ -69,6 +69,8 @@ pub struct SoftSolver<S: Wide> {
     plan: Plan,
     /// The patches while a step lasts.
     patches: Patches<S>,
+    /// Those of each pack side by side, where they were laid so.
+    columns: Vec<EightPatches<S>>,
     /// Records before this one are obstacles.
     obstacles: u32,
     /// Pack and lane of each patch.
@@ -89,10 +91,21 @@ impl<S: Wide> Default for SoftSolver<S> {
             shares: Vec::new(),
             plan: Plan::default(),
             patches: Patches::default(),
+            columns: Vec::new(),
             obstacles: 1,
             places: Vec::new(),
         }
     }
+}
+
+/// Where the numbers of a step's patches are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Laid {
+    /// In their list.
+    OneByOne,
+    /// In the solver's [`SoftSolver::room`], pack by pack as the step before had them: whom they join, by their records, is the same.
+    /// What few need is in their list.
+    InPacks,
 }
 
 /// What a step came to.
@@ -127,6 +140,8 @@ struct Steps<'a, S: Wide> {
     members: &'a [Range<usize>],
     order: &'a [u32],
     patches: &'a Patches<S>,
+    /// None where patches are laid one by one.
+    columns: Option<&'a [EightPatches<S>]>,
     choice: SoftChoice,
     beta: Beta,
 }
@@ -143,13 +158,13 @@ impl<S: Wide> Job for Part<'_, '_, S> {
 }
 
 #[inline(never)]
-fn steps_in_the_plane(solver: &mut SoftSolver<Planar>, choice: &SoftChoice, workers: &Workers) {
-    solver.share(choice, workers, |part| dispatch(part));
+fn steps_in_the_plane(solver: &mut SoftSolver<Planar>, choice: &SoftChoice, laid: Laid, workers: &Workers) {
+    solver.share(choice, laid, workers, |part| dispatch(part));
 }
 
 #[inline(never)]
-fn steps_in_space(solver: &mut SoftSolver<Spatial>, choice: &SoftChoice, workers: &Workers) {
-    solver.share(choice, workers, |part| dispatch(part));
+fn steps_in_space(solver: &mut SoftSolver<Spatial>, choice: &SoftChoice, laid: Laid, workers: &Workers) {
+    solver.share(choice, laid, workers, |part| dispatch(part));
 }
 
 impl<S: Wide> SoftSolver<S> {
@@ -174,7 +189,7 @@ impl<S: Wide> SoftSolver<S> {
     /// Takes all substeps with these patches; records before `obstacles` are those of obstacles.
     pub fn advance(
         &mut self,
-        patches: &mut Patches<S>,
+        (patches, laid): (&mut Patches<S>, Laid),
         obstacles: u32,
         choice: &SoftChoice,
         workers: &Workers,
@@ -184,11 +199,28 @@ impl<S: Wide> SoftSolver<S> {
         // found by type, so that the lanes of both spaces are compiled here, once, and not in every program above
         let either: &mut dyn Any = self;
         if let Some(planar) = either.downcast_mut() {
-            steps_in_the_plane(planar, choice, workers);
+            steps_in_the_plane(planar, choice, laid, workers);
         } else if let Some(spatial) = either.downcast_mut() {
-            steps_in_space(spatial, choice, workers);
+            steps_in_space(spatial, choice, laid, workers);
         }
         std::mem::swap(&mut self.patches, patches);
+    }
+
+    /// Patches of each pack of the last step, as places in their list, lane by lane.
+    pub fn packs(&self) -> impl ExactSizeIterator<Item = &[u32]> {
+        self.members.iter().map(|members| &self.colours.order[members.clone()])
+    }
+
+    /// Pack and lane of a patch of the last step.
+    #[inline]
+    pub fn place(&self, patch: usize) -> (usize, usize) {
+        (self.places[patch].0 as usize, usize::from(self.places[patch].1))
+    }
+
+    /// Room for the patches of a step, pack by pack as the last one had them, for who writes all of them.
+    pub fn room(&mut self) -> &mut [EightPatches<S>] {
+        self.columns.resize_with(self.members.len(), EightPatches::default);
+        &mut self.columns
     }
 
     /// Sorts patches into packs by group and colour, and plans the step.
@@ -236,7 +268,13 @@ impl<S: Wide> SoftSolver<S> {
     }
 
     /// Shares the stages of a step among workers.
-    fn share(&mut self, choice: &SoftChoice, workers: &Workers, take: impl Fn(Part<'_, '_, S>) + Sync) {
+    fn share(
+        &mut self,
+        choice: &SoftChoice,
+        laid: Laid,
+        workers: &Workers,
+        take: impl Fn(Part<'_, '_, S>) + Sync,
+    ) {
         let (mut packs, mut besides) = (self.packs.as_mut_slice(), self.beside.as_mut_slice());
         let (mut lasts, mut leds) = (self.last.as_mut_slice(), self.led.as_mut_slice());
         let mut chunks = Vec::with_capacity(self.plan.chunks.len());
@@ -257,6 +295,7 @@ impl<S: Wide> SoftSolver<S> {
             members: &self.members,
             order: &self.colours.order,
             patches: &self.patches,
+            columns: (laid == Laid::InPacks).then_some(&self.columns),
             choice: *choice,
             beta: Beta::default(),
         };
@@ -284,14 +323,14 @@ impl<S: Wide> SoftSolver<S> {
 
     /// What a patch gave in the step, by its place in the list.
     pub fn result(&self, patch: usize) -> PatchResult<S> {
-        let (pack, lane) = self.places[patch];
-        self.beside[pack as usize].told(lane as usize)
+        let (pack, lane) = self.place(patch);
+        self.beside[pack].told(lane)
     }
 
     /// What it gave in the last substep.
     #[inline]
     pub fn last(&self, patch: usize) -> Last<S> {
-        let (pack, lane) = (self.places[patch].0 as usize, self.places[patch].1 as usize);
+        let (pack, lane) = self.place(patch);
         self.beside[pack].last(&self.last[pack][lane], lane)
     }
 
@@ -425,20 +464,25 @@ impl<S: Wide> Steps<'_, S> {
         packs: impl Iterator<Item = (&'p mut Pack<S>, &'p mut Beside<S>)>,
     ) {
         let (_, nothing) = Pack::empty();
-        let none = Patch::none();
+        let (none, mut room) = (Patch::none(), EightPatches::default());
         let Patches { pairs, all, rare, .. } = self.patches;
-        for ((pack, beside), members) in packs.zip(&self.members[first..]) {
+        for ((place, (pack, beside)), members) in (first..).zip(packs).zip(&self.members[first..]) {
             if beside.bounces || beside.resists {
                 *beside = nothing;
             }
             let members = &self.order[members.clone()];
-            let mut eight = [&none; WIDTH];
-            (pack.a, pack.b) = ([0; WIDTH], [0; WIDTH]);
-            for (lane, &k) in members.iter().enumerate().take(WIDTH) {
-                eight[lane] = &all[k as usize];
-                (pack.a[lane], pack.b[lane]) = pairs[k as usize];
+            if let Some(columns) = self.columns {
+                pack.fill(beside, &columns[place]);
+            } else {
+                let mut eight = [&none; WIDTH];
+                (pack.a, pack.b) = ([0; WIDTH], [0; WIDTH]);
+                for (lane, &k) in members.iter().enumerate().take(WIDTH) {
+                    eight[lane] = &all[k as usize];
+                    (pack.a[lane], pack.b[lane]) = pairs[k as usize];
+                }
+                room.join(lanes, eight);
+                pack.fill(beside, &room);
             }
-            pack.fill(lanes, beside, eight);
             if !rare.is_empty() {
                 members.iter().enumerate().for_each(|(lane, &k)| beside.put(lane, &rare[k as usize]));
             }
@@ -556,7 +600,7 @@ mod tests {
             let workers = Workers::new(threads).unwrap();
             let (mut solver, places) = columns::<S>(3000, &choice, size);
             solver.sort(1, &choice, &workers);
-            solver.share(&choice, &workers, |part| dispatch(part));
+            solver.share(&choice, Laid::OneByOne, &workers, |part| dispatch(part));
             let place = |record: u32| places.get(record as usize).copied().unwrap_or(record);
             let bits = |record: u32| {
                 let (v, w) = solver.motion(place(record));
@@ -618,9 +662,9 @@ mod tests {
             let mut solver = chain::<S>(&mut Dice(7), bodies);
             solver.sort(2, &choice, &workers);
             match registers {
-                Registers::None => solver.share(&choice, &workers, |part| Portable.run(part)),
-                Registers::OfFour => solver.share(&choice, &workers, |part| in_fours(part)),
-                Registers::Widest => solver.share(&choice, &workers, |part| dispatch(part)),
+                Registers::None => solver.share(&choice, Laid::OneByOne, &workers, |part| Portable.run(part)),
+                Registers::OfFour => solver.share(&choice, Laid::OneByOne, &workers, |part| in_fours(part)),
+                Registers::Widest => solver.share(&choice, Laid::OneByOne, &workers, |part| dispatch(part)),
             }
             solver
         };

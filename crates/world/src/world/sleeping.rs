@@ -126,7 +126,7 @@ impl<S: Geometry> World<S> {
             let (scheme, bodies, settings) = (&mut self.schemes.soft_step, &self.bodies, &self.settings);
             let before = if self.woken.is_empty() { &self.checkpoint.1.patches } else { &self.woken };
             let ahead = Ahead::new(bodies, settings, dt, &self.pushes.pulls);
-            scheme.find(&mut self.narrow_phase, ahead, before);
+            scheme.find((&mut self.narrow_phase, &mut self.standing_faces), ahead, before);
             if self.bodies.asleep().is_empty() {
                 return;
             }

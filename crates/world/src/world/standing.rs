@@ -90,7 +90,11 @@ impl<S: Geometry> World<S> {
 
 #[cfg(test)]
 mod tests {
-    use crate::{BodySpec, PlanarShape, Scheme, Settings, World2, vec2};
+    use crate::{
+        BodySpec, Geometry, OnInaccurate, PlanarShape, Scheme, Settings, SpatialShape, StepReport, World,
+        World2, vec2,
+    };
+    use carom_math::{Column, Planar, Spatial};
     use std::sync::Arc;
 
     fn stack(count: usize) -> World2 {
@@ -132,5 +136,92 @@ mod tests {
         assert_eq!(world.touches(), touches);
         let bears: f64 = world.last_problem().1.contacts.iter().map(|c| c.normal).sum();
         assert!(bears > 0.0);
+    }
+
+    /// A wall of `rows` rows on a floor that it spins and bounces on, a little out of line.
+    fn wall<S: Geometry>(rows: usize, up: usize, block: S::Shape, floor: S::Shape) -> World<S> {
+        let gravity = S::Vector::from_fn(|k| if k == up { -9.81 } else { 0.0 });
+        let settings = Settings { scheme: Scheme::SoftStep, gravity, ..Settings::default() };
+        let mut world = World::new(settings).unwrap();
+        let rough = |spec: BodySpec<S>| BodySpec { spinning_friction: 0.01, ..spec.friction(0.6) };
+        world.add("floor", rough(BodySpec::fixed(floor))).unwrap();
+        for row in 0..rows {
+            for k in 0..rows - row {
+                let (along, high) = (k as f64 - 0.5 * (rows - row) as f64, 0.5 + row as f64);
+                let lean = 1e-3 * ((7 * k + 3 * row) % 5) as f64;
+                let place = S::Vector::from_fn(|c| match c {
+                    0 => along + lean,
+                    _ if c == up => high,
+                    _ => lean,
+                });
+                let spec = BodySpec { restitution: 0.1, ..rough(BodySpec::dense(block.clone(), 1.0)) };
+                world.add(&format!("{row} {k}"), spec.at(place)).unwrap();
+            }
+        }
+        world
+    }
+
+    /// Steps that go by the faces of the step before change nothing: beside them a world that is thought to be written before each
+    /// step, and therefore looks at all pairs. Tells how many steps went by them, and how many faces were looked at anew.
+    fn goes_as_if_all_were_looked_at<S: Geometry>(mut world: World<S>, workers: usize) -> (usize, usize) {
+        let (mut other, _) = World::from_snapshot(&world.snapshot()).unwrap();
+        world.set_threads(workers).unwrap();
+        let (mut again, mut anew) = (0, 0);
+        for step in 0..240 {
+            let settings = world.settings().clone();
+            for world in [&mut world, &mut other] {
+                match step {
+                    60 => world.motion_mut().velocity[5] = S::Vector::from_fn(|_| 0.3),
+                    75 => {
+                        let pushed = world.motion_mut().velocity.iter_mut().skip(1).step_by(5);
+                        pushed.zip(1..).for_each(|(v, k)| v[0] = 0.3 * f64::from(k % 7 - 3));
+                    }
+                    90 => world.motion_mut().angular_velocity[3] = S::Spin::from_fn(|_| 2.0),
+                    120 => world.set_settings(Settings { tolerance: 2e-6, ..settings.clone() }).unwrap(),
+                    150 => world.motion_mut().position[7] += S::Vector::from_fn(|_| 4e-3),
+                    180 => *world = World::from_snapshot(&world.snapshot()).unwrap().0,
+                    // a step that is refused loses nothing
+                    200 => assert!(world.step(f64::NAN).is_err()),
+                    210 => {
+                        let slack = Settings {
+                            on_inaccurate: OnInaccurate::Raise,
+                            tolerance: 1e-300,
+                            ..settings.clone()
+                        };
+                        world.set_settings(slack).unwrap();
+                        assert!(world.step(1.0 / 60.0).is_err());
+                        world.set_settings(settings.clone()).unwrap();
+                    }
+                    _ => {}
+                }
+            }
+            other.bodies_mut();
+            let (one, two) = (world.step(1.0 / 60.0).unwrap(), other.step(1.0 / 60.0).unwrap());
+            assert_eq!(world.bodies.motion, other.bodies.motion, "step {step}");
+            assert_eq!(world.warm.patches, other.warm.patches, "step {step}");
+            assert_eq!((one.contacts, one.deepest), (two.contacts, two.deepest), "step {step}");
+            assert_eq!(world.touches(), other.touches(), "step {step}");
+            let solve = |report: &StepReport<S>| report.contact_solve.as_ref().map(|s| (s.residual, s.worst));
+            assert_eq!(solve(&one), solve(&two), "step {step}");
+            assert_eq!(other.schemes.soft_step.went_again(), None);
+            if let Some(faces) = world.schemes.soft_step.went_again() {
+                (again, anew) = (again + 1, anew + faces);
+            }
+        }
+        (again, anew)
+    }
+
+    #[test]
+    fn what_stands_side_by_side_goes_as_if_all_pairs_were_looked_at() {
+        for workers in [1, 3] {
+            let (block, floor) =
+                (PlanarShape::Box { size: [1.0; 2] }, PlanarShape::HalfPlane { normal: vec2(0.0, 1.0) });
+            let told = goes_as_if_all_were_looked_at::<Planar>(wall(40, 1, block, floor), workers);
+            assert!(told.0 > 100 && told.1 > 20, "{told:?}");
+            let (block, floor) =
+                (SpatialShape::Box { size: [1.0; 3] }, SpatialShape::Box { size: [60.0, 60.0, 1e-3] });
+            let told = goes_as_if_all_were_looked_at::<Spatial>(wall(30, 2, block, floor), workers);
+            assert!(told.0 > 100 && told.1 > 20, "{told:?}");
+        }
     }
 }

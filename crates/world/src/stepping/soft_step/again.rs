@@ -11,22 +11,130 @@
 use super::face::{Laid, Outline, Spots};
 use super::memory::Seen;
 use crate::abreast::Abreast;
-use crate::ahead::{Ahead, Mover, closing};
+use crate::ahead::{Ahead, Mover};
 use carom_geometry::Geometry;
-use carom_math::lanes::Four;
-use carom_math::wide::{inner, minus, plus, times};
+use carom_math::lanes::{Four, Lanes};
+use carom_math::wide::{Plain, inner, minus, plus, times};
 use carom_math::{Column, Precise, Rotation, Several, Wide};
 
 /// Share of the smaller body's size by which both may have moved against each other, turning included, since \[1\]. Points are
 /// looked for at least as far.
 pub const AGAIN: f64 = 0.01;
 
-/// A patch that was seen, and where its bodies are now.
+/// A patch that was seen.
 pub(super) struct Sight<'a, S: Geometry> {
     pub seen: &'a Seen<S>,
-    /// Places and attitudes of bodies a and b.
-    pub now: [(&'a S::Vector, &'a S::Rotation); 2],
     pub a_is_small: bool,
+}
+
+/// Where two bodies are now: places and attitudes of bodies a and b.
+pub(super) struct Now<'a, S: Geometry>(pub [(&'a S::Vector, &'a S::Rotation); 2]);
+
+/// Patches that were seen side by side: their outlines, and where their bodies were.
+#[derive(Clone, Copy)]
+pub(super) struct Then<S: Geometry, R: Plain> {
+    pub outline: Outline<S, R>,
+    /// Places of bodies a and b.
+    places: [S::Vectors<R>; 2],
+    attitudes: [S::Turns<R>; 2],
+    /// 1 where the smaller one is body a, towards which the normal points, and else -1.
+    sign: R,
+}
+
+impl<S: Geometry, R: Precise> Then<S, R> {
+    /// Of patches that were seen.
+    #[inline(always)]
+    pub fn of<'a>(sights: impl Abreast<Sight<'a, S>, Number = R>) -> Self
+    where
+        S: 'a,
+    {
+        Then {
+            outline: Outline::of(sights),
+            places: [sights.several(|s, k| s.seen.places[0][k]), sights.several(|s, k| s.seen.places[1][k])],
+            attitudes: [
+                sights.several(|s, k| s.seen.attitudes[0][k]),
+                sights.several(|s, k| s.seen.attitudes[1][k]),
+            ],
+            sign: sights.read(|s| if s.a_is_small { 1.0 } else { -1.0 }),
+        }
+    }
+}
+
+/// What becomes of a number.
+pub(super) trait Change<R, T>: Copy {
+    fn of(self, number: R) -> T;
+}
+
+/// To memory.
+#[derive(Clone, Copy)]
+pub(super) struct Store;
+
+impl<F: Four> Change<F, [f64; 4]> for Store {
+    #[inline(always)]
+    fn of(self, number: F) -> [f64; 4] {
+        number.store()
+    }
+}
+
+/// From memory.
+#[derive(Clone, Copy)]
+pub(super) struct Load<L: Lanes>(pub L);
+
+impl<L: Lanes> Change<[f64; 4], L::Four> for Load<L> {
+    #[inline(always)]
+    fn of(self, numbers: [f64; 4]) -> L::Four {
+        self.0.four(&numbers)
+    }
+}
+
+/// The same of several numbers.
+#[inline(always)]
+fn several<R, T, A: Several<R>, B: Several<T>>(numbers: &A, how: impl Change<R, T>) -> B
+where
+    R: Plain,
+    T: Plain,
+{
+    let mut out = B::all(how.of(numbers[0]));
+    for k in 1..A::LEN {
+        out[k] = how.of(numbers[k]);
+    }
+    out
+}
+
+impl<S: Geometry, R: Plain> Then<S, R> {
+    /// The same in other numbers.
+    #[inline(always)]
+    pub fn each<T: Plain, H: Change<R, T>>(&self, how: H) -> Then<S, T> {
+        let Outline { count, normal, points, gaps } = &self.outline;
+        let mut to = S::Points::all(several(&points[0], how));
+        for i in 1..S::Points::<f64>::LEN {
+            to[i] = several(&points[i], how);
+        }
+        Then {
+            outline: Outline {
+                count: how.of(*count),
+                normal: several(normal, how),
+                points: to,
+                gaps: several(gaps, how),
+            },
+            places: [several(&self.places[0], how), several(&self.places[1], how)],
+            attitudes: [several(&self.attitudes[0], how), several(&self.attitudes[1], how)],
+            sign: how.of(self.sign),
+        }
+    }
+
+    /// The same number everywhere.
+    pub fn all(number: R) -> Self {
+        let vectors = S::Vectors::all(number);
+        let outline = Outline {
+            count: number,
+            normal: vectors,
+            points: S::Points::all(vectors),
+            gaps: S::Points::all(number),
+        };
+        let turns = S::Turns::all(number);
+        Then { outline, places: [vectors; 2], attitudes: [turns; 2], sign: number }
+    }
 }
 
 /// How two bodies moved since they were looked at.
@@ -47,15 +155,15 @@ pub(super) struct Together<S: Geometry, R: Precise> {
 impl<S: Geometry, R: Precise> Together<S, R> {
     /// Of bodies where they were seen, and where they are.
     #[inline(always)]
-    pub fn between<'a>(sights: impl Abreast<Sight<'a, S>, Number = R>) -> Self
+    pub fn between<'a>(then: &Then<S, R>, now: impl Abreast<Now<'a, S>, Number = R>) -> Self
     where
         S: 'a,
     {
-        let sign = sights.read(|sight| if sight.a_is_small { 1.0 } else { -1.0 });
-        let ([then_a, now_a], turn_a) = moved(sights, 0);
-        let ([then_b, now_b], turn_b) = moved(sights, 1);
-        let larger = [of_two(sign, &then_b, &then_a), of_two(sign, &now_b, &now_a)];
-        let (smaller, now) = (of_two(sign, &then_a, &then_b), of_two(sign, &now_a, &now_b));
+        let (sign, [then_a, then_b]) = (then.sign, &then.places);
+        let (now_a, turn_a) = moved(then, now, 0);
+        let (now_b, turn_b) = moved(then, now, 1);
+        let larger = [of_two(sign, then_b, then_a), of_two(sign, &now_b, &now_a)];
+        let (smaller, now) = (of_two(sign, then_a, then_b), of_two(sign, &now_a, &now_b));
         let (own, turn): (S::Turns<R>, S::Turns<R>) =
             (of_two(sign, &turn_a, &turn_b), of_two(sign, &turn_b, &turn_a));
         let back = S::back(&turn);
@@ -119,16 +227,28 @@ impl<S: Geometry, R: Precise> Together<S, R> {
 }
 
 impl<S: Geometry, F: Four> Together<S, F> {
-    /// The set of those, bit by bit, whose points all stand; of each its smaller body and its larger one are asked for.
+    /// How far points of the smaller bodies moved against the larger ones at most; of each pair its smaller body is asked for.
     #[inline(always)]
-    pub fn stand<'a, P: Abreast<[&'a Mover<S>; 2], Number = F>>(&self, ahead: &Ahead<S>, pairs: P) -> u32 {
+    pub fn strayed<'a, P: Abreast<[&'a Mover<S>; 2], Number = F>>(&self, pairs: P) -> F {
+        inner(&self.by, &self.by).sqrt() + self.angle() * pairs.read(|pair| pair[0].arm)
+    }
+
+    /// The set of those, bit by bit, whose points all stand; of each its smaller body and its larger one are asked for, and how
+    /// fast they can come towards each other.
+    #[inline(always)]
+    pub fn stand<'a, P: Abreast<[&'a Mover<S>; 2], Number = F>>(
+        &self,
+        ahead: &Ahead<S>,
+        pairs: P,
+        closing: F,
+    ) -> u32 {
         let (arm, extent) = (pairs.read(|pair| pair[0].arm), pairs.read(|pair| pair[0].extent));
         let farthest = extent * extent.like(AGAIN);
         let left = farthest - self.angle() * arm;
         let (by, reach) = (inner(&self.by, &self.by), left * left);
         // what was pushed since may come to other parts of the other body in this step; how far it falls was known
         let (dt, pull) = (left.like(ahead.dt), pairs.read(|pair| pair[0].pull + pair[1].pull));
-        let coming = (closing(pairs) + pull * dt) * dt;
+        let coming = (closing + pull * dt) * dt;
         let stray = left.less(left.like(0.0)) | reach.less(by) | farthest.less(coming);
         // not a number where an attitude was none
         !stray & (left + by + coming).less(left.like(f64::INFINITY))
@@ -161,17 +281,19 @@ fn of_two<R: Precise, V: Several<R>>(sign: R, one: &V, other: &V) -> V {
     out
 }
 
-/// Places then and now, and turns.
-type Motion<S, R> = ([<S as Wide>::Vectors<R>; 2], <S as Wide>::Turns<R>);
+/// Places, and turns.
+type Motion<S, R> = (<S as Wide>::Vectors<R>, <S as Wide>::Turns<R>);
 
-/// Places of bodies a, or of bodies b, then and now, and how they turned. A function, here and where else numbers of several are
+/// Places of bodies a, or of bodies b, now, and how they turned. A function, here and where else numbers of several are
 /// read: a closure is not inlined, and then has no registers.
 #[inline(always)]
-fn moved<'a, S: Geometry + 'a, P: Abreast<Sight<'a, S>>>(sights: P, i: usize) -> Motion<S, P::Number> {
-    let places = [sights.several(|s, k| s.seen.places[i][k]), sights.several(|s, k| s.now[i].0[k])];
-    let then: S::Turns<P::Number> = sights.several(|s, k| s.seen.attitudes[i][k]);
-    let now: S::Turns<P::Number> = sights.several(|s, k| s.now[i].1.as_slice()[k]);
-    (places, since::<S, P::Number>(&now, &then))
+fn moved<'a, S: Geometry + 'a, P: Abreast<Now<'a, S>>>(
+    then: &Then<S, P::Number>,
+    now: P,
+    i: usize,
+) -> Motion<S, P::Number> {
+    let attitude: S::Turns<P::Number> = now.several(|now, k| now.0[i].1.as_slice()[k]);
+    (now.several(|now, k| now.0[i].0[k]), since::<S, P::Number>(&attitude, &then.attitudes[i]))
 }
 
 /// No turn.

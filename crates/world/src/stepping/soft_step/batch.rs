@@ -1,19 +1,19 @@
 //! Patches that were seen, eight at a time: which of them stand, and how they lie now. Eight that
 //! all stand are laid as they are asked; where bodies move few do, and those fill batches of their own.
 
-use super::again::{Sight, Together};
-use super::face::Outline;
+use super::again::{Now, Sight, Then, Together};
 use super::memory::{PatchForce, Seen};
 use super::patches::{Begun, write_patches};
 use crate::abreast::{Abreast, Quartet};
-use crate::ahead::{Ahead, Couple};
+use crate::ahead::{Ahead, Couple, Mover, closing};
+use crate::meeting::Meeting;
 use carom_geometry::Geometry;
 use carom_math::lanes::{Four, Job, Lanes, WIDTH, dispatch};
 use carom_math::{Column, Several};
 use carom_solver::soft::{EightPatches, FourPatches, Patch};
 
 /// Half of a batch.
-const HALF: usize = WIDTH / 2;
+pub(super) const HALF: usize = WIDTH / 2;
 
 /// A patch that was seen in the step before, with its forces at its end, and its bodies.
 #[derive(Clone, Copy)]
@@ -23,20 +23,54 @@ pub(super) struct Old<'a, S: Geometry> {
     pub couple: Couple<'a, S>,
 }
 
+impl<'a, S: Geometry> Old<'a, S> {
+    #[inline(always)]
+    fn sight(&self) -> Sight<'a, S> {
+        Sight { seen: self.seen, a_is_small: self.couple.a_is_small() }
+    }
+}
+
 /// Eight patches that were seen, as they lie now.
 pub(super) struct Batch<S: Geometry> {
     /// As the lanes take them, but for their coefficients.
     pub patches: [Patch<S>; WIDTH],
+    pub told: Lying<S>,
+}
+
+/// What is told of eight patches as they lie.
+#[derive(Clone, Copy)]
+pub(super) struct Lying<S: Geometry> {
     /// Smallest gaps \[m\], and levers of friction about the normal \[m\].
     pub deepest: [f64; WIDTH],
     pub levers: [f64; WIDTH],
     normals: S::Vectors<[f64; WIDTH]>,
 }
 
-impl<S: Geometry> Default for Batch<S> {
+impl<S: Geometry> Default for Lying<S> {
     fn default() -> Self {
         let none = [0.0; WIDTH];
-        Batch { patches: [Patch::none(); WIDTH], deepest: none, levers: none, normals: S::Vectors::all(none) }
+        Lying { deepest: none, levers: none, normals: S::Vectors::all(none) }
+    }
+}
+
+impl<S: Geometry> Lying<S> {
+    /// The normal of one of them.
+    #[inline(always)]
+    pub fn normal(&self, lane: usize) -> S::Vector {
+        Column::from_fn(|k| self.normals[k][lane])
+    }
+    /// Another takes the place of one of them.
+    pub fn replace(&mut self, lane: usize, normal: S::Vector, deepest: f64) {
+        self.deepest[lane] = deepest;
+        for k in 0..S::DIM {
+            self.normals[k][lane] = normal[k];
+        }
+    }
+}
+
+impl<S: Geometry> Default for Batch<S> {
+    fn default() -> Self {
+        Batch { patches: [Patch::none(); WIDTH], told: Lying::default() }
     }
 }
 
@@ -55,12 +89,6 @@ impl<S: Geometry> Batch<S> {
     pub fn lay(&mut self, old: &[Old<'_, S>; WIDTH], h: f32, room: &mut EightPatches<S>) {
         dispatch(Laying { old, h, batch: self, room });
     }
-
-    /// The normal of one of them.
-    #[inline(always)]
-    pub fn normal(&self, lane: usize) -> S::Vector {
-        Column::from_fn(|k| self.normals[k][lane])
-    }
 }
 
 /// All of a batch.
@@ -77,39 +105,111 @@ impl<S: Geometry> Job for Asking<'_, S> {
     type Output = u32;
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) -> u32 {
-        let sights = [sights(self.old, 0), sights(self.old, HALF)];
-        let together = moved(lanes, &sights);
+        let halves = [Half::of(lanes, self.old, 0), Half::of(lanes, self.old, HALF)];
         let mut stand = 0;
-        for (together, first) in together.iter().zip([0, HALF]) {
-            let by_size = |k: usize| self.old[first + k].couple.by_size();
-            let pairs = [by_size(0), by_size(1), by_size(2), by_size(3)];
-            stand |= together.stand(self.ahead, Quartet(lanes, &pairs)) << first;
+        for (half, first) in halves.iter().zip([0, HALF]) {
+            stand |= half.stand(lanes, self.ahead) << first;
         }
         if stand == ALL {
-            self.laying.lay(lanes, &sights, &together);
+            self.laying.lay(lanes, &halves);
         }
         stand
     }
 }
 
-/// Four of eight patches, from the first on.
-#[inline(always)]
-fn sights<'a, S: Geometry>(old: &[Old<'a, S>; WIDTH], first: usize) -> [Sight<'a, S>; HALF] {
-    let sight = |k: usize| {
-        let Old { seen, couple: Couple { a, b }, .. } = old[first + k];
-        let now = [(&a.position, &a.rotation), (&b.position, &b.rotation)];
-        Sight { seen, now, a_is_small: old[first + k].couple.a_is_small() }
-    };
-    [sight(0), sight(1), sight(2), sight(3)]
+/// Four of eight patches: what was seen of them, where their bodies are now, and how those moved.
+pub(super) struct Half<'a, S: Geometry, L: Lanes> {
+    then: Then<S, L::Four>,
+    now: [Now<'a, S>; HALF],
+    by_size: [[&'a Mover<S>; 2]; HALF],
+    together: Together<S, L::Four>,
+    forces: [&'a PatchForce<S>; HALF],
 }
 
-/// How the bodies of both halves moved since they were looked at.
+impl<'a, S: Geometry, L: Lanes> Half<'a, S, L> {
+    /// Of patches of which this was seen, from couple to couple.
+    #[inline(always)]
+    pub fn new(
+        lanes: L,
+        then: Then<S, L::Four>,
+        couples: &[Couple<'a, S>; HALF],
+        forces: [&'a PatchForce<S>; HALF],
+    ) -> Self {
+        let now = [now(&couples[0]), now(&couples[1]), now(&couples[2]), now(&couples[3])];
+        let by_size =
+            [couples[0].by_size(), couples[1].by_size(), couples[2].by_size(), couples[3].by_size()];
+        let together = Together::between(&then, Quartet(lanes, &now));
+        Half { then, now, by_size, together, forces }
+    }
+
+    /// Of eight patches, from the first on.
+    #[inline(always)]
+    fn of(lanes: L, old: &[Old<'a, S>; WIDTH], first: usize) -> Self {
+        let [a, b, c, d] = [old[first], old[first + 1], old[first + 2], old[first + 3]];
+        let sights = [a.sight(), b.sight(), c.sight(), d.sight()];
+        let couples = [a.couple, b.couple, c.couple, d.couple];
+        Half::new(lanes, Then::of(Quartet(lanes, &sights)), &couples, [a.force, b.force, c.force, d.force])
+    }
+
+    /// How fast they can come towards each other \[m/s\].
+    #[inline(always)]
+    fn closing(&self, lanes: L) -> L::Four {
+        closing(Quartet(lanes, &self.by_size))
+    }
+
+    /// Which of them stand, bit by bit.
+    #[inline(always)]
+    pub fn stand(&self, lanes: L, ahead: &Ahead<'_, S>) -> u32 {
+        self.together.stand(ahead, Quartet(lanes, &self.by_size), self.closing(lanes))
+    }
+
+    /// Which of them stand and are near, whose smallest gaps are these; `places` are those of their bodies in the columns.
+    #[inline(always)]
+    pub fn stay(
+        &self,
+        lanes: L,
+        (ahead, meeting): (&Ahead<'_, S>, &Meeting<'a, S>),
+        places: [(u32, u32); HALF],
+        deepest: &[f64],
+    ) -> u32 {
+        let (by_size, closing) = (Quartet(lanes, &self.by_size), self.closing(lanes));
+        let stand = self.together.stand(ahead, by_size, closing);
+        let deepest = lanes.four(&[deepest[0], deepest[1], deepest[2], deepest[3]]);
+        // two points of both surfaces are as far apart as their gap then, and as they moved: so are their boxes at most
+        let surely = deepest.abs() + self.together.strayed(by_size);
+        if meeting.are_surely_near(by_size, surely) {
+            stand
+        } else {
+            stand & meeting.near(by_size, closing, places)
+        }
+    }
+
+    /// Lays them, and tells of it.
+    #[inline(always)]
+    pub fn lay(&self, lanes: L, h: f32, room: &mut FourPatches<'_, S>, first: usize, told: &mut Lying<S>) {
+        let outline = &self.then.outline;
+        let laid = self.together.laid(outline);
+        let (forces, now) = (Quartet(lanes, &self.forces), Quartet(lanes, &self.now));
+        let begun = Begun {
+            normal: forces.several(|force, i| force.normal[i]),
+            rubbing: Some((forces.several(|force, k| force.friction[k]), forces.read(|force| force.twist))),
+        };
+        let place_a: S::Vectors<L::Four> = now.several(|now, k| now.0[0].0[k]);
+        let place_b: S::Vectors<L::Four> = now.several(|now, k| now.0[1].0[k]);
+        let lever = write_patches(room, (outline, &laid), [place_a, place_b], &begun, h);
+        put(&mut told.levers, first, lever);
+        put(&mut told.deepest, first, laid.deepest(outline));
+        for k in 0..S::DIM {
+            put(&mut told.normals[k], first, laid.normal[k]);
+        }
+    }
+}
+
+/// Where two bodies are.
 #[inline(always)]
-fn moved<S: Geometry, L: Lanes>(
-    lanes: L,
-    [one, other]: &[[Sight<'_, S>; HALF]; 2],
-) -> [Together<S, L::Four>; 2] {
-    [Together::between(Quartet(lanes, one)), Together::between(Quartet(lanes, other))]
+fn now<'a, S: Geometry>(couple: &Couple<'a, S>) -> Now<'a, S> {
+    let Couple { a, b } = *couple;
+    Now([(&a.position, &a.rotation), (&b.position, &b.rotation)])
 }
 
 /// Lays a batch.
@@ -124,54 +224,19 @@ impl<S: Geometry> Job for Laying<'_, S> {
     type Output = ();
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
-        let sights = [sights(self.old, 0), sights(self.old, HALF)];
-        let together = moved(lanes, &sights);
-        self.lay(lanes, &sights, &together);
+        let halves = [Half::of(lanes, self.old, 0), Half::of(lanes, self.old, HALF)];
+        self.lay(lanes, &halves);
     }
 }
 
 impl<S: Geometry> Laying<'_, S> {
-    /// Lays both halves, whose motions are known.
+    /// Lays both halves.
     #[inline(always)]
-    fn lay<L: Lanes>(
-        self,
-        lanes: L,
-        sights: &[[Sight<'_, S>; HALF]; 2],
-        together: &[Together<S, L::Four>; 2],
-    ) {
-        let Laying { old, h, batch, room } = self;
-        let (one, other) = old.split_at(HALF);
-        for (k, half) in [one, other].into_iter().enumerate() {
-            if let Ok(forces) = half.try_into() {
-                let numbers = (Quartet(lanes, &sights[k]), Quartet(lanes, forces));
-                lay_four(numbers, &together[k], h, (batch, &mut room.half(k > 0), k * HALF));
-            }
-        }
+    fn lay<L: Lanes>(self, lanes: L, [one, other]: &[Half<'_, S, L>; 2]) {
+        let Laying { h, batch, room, .. } = self;
+        one.lay(lanes, h, &mut room.half(false), 0, &mut batch.told);
+        other.lay(lanes, h, &mut room.half(true), HALF, &mut batch.told);
         room.part(lanes, &mut batch.patches);
-    }
-}
-
-/// Lays four of a batch, from the first on.
-#[inline(always)]
-fn lay_four<'a, S: Geometry, L: Lanes>(
-    (sights, old): (Quartet<'_, Sight<'a, S>, L>, Quartet<'_, Old<'a, S>, L>),
-    together: &Together<S, L::Four>,
-    h: f32,
-    (batch, room, first): (&mut Batch<S>, &mut FourPatches<'_, S>, usize),
-) {
-    let outline = Outline::of(sights);
-    let laid = together.laid(&outline);
-    let begun = Begun {
-        normal: old.several(|old, i| old.force.normal[i]),
-        rubbing: Some((old.several(|old, k| old.force.friction[k]), old.read(|old| old.force.twist))),
-    };
-    let place_a: S::Vectors<L::Four> = sights.several(|sight, k| sight.now[0].0[k]);
-    let place_b: S::Vectors<L::Four> = sights.several(|sight, k| sight.now[1].0[k]);
-    let lever = write_patches(room, (&outline, &laid), [place_a, place_b], &begun, h);
-    put(&mut batch.levers, first, lever);
-    put(&mut batch.deepest, first, laid.deepest(&outline));
-    for k in 0..S::DIM {
-        put(&mut batch.normals[k], first, laid.normal[k]);
     }
 }
 
@@ -185,7 +250,6 @@ fn put(to: &mut [f64; WIDTH], first: usize, numbers: impl Four) {
 mod tests {
     use super::*;
     use crate::abreast::One;
-    use crate::ahead::{Mover, closing};
     use crate::stepping::soft_step::AGAIN;
     use crate::{BodySpec, PlanarShape, Scheme, Settings, SpatialShape, World};
     use carom_math::lanes::Portable;
@@ -276,16 +340,15 @@ mod tests {
             assert!(if turn == 0 { stand == resting } else { stand & !resting == 0 });
             for (lane, Old { seen, force, couple }) in old.iter().enumerate() {
                 assert_eq!(bits(&batch.patches[lane]), bits(&plain.patches[lane]));
-                let now = [couple.a, couple.b].map(|mover| (&mover.position, &mover.rotation));
-                let sight = Sight { seen, now, a_is_small: couple.a_is_small() };
-                let (together, outline) = (Together::between(One(&sight)), Outline::of(One(&sight)));
+                let then = Then::of(One(&Sight { seen, a_is_small: couple.a_is_small() }));
+                let (together, outline) = (Together::between(&then, One(&now(couple))), then.outline);
                 let (laid, mut patch) = (together.laid(&outline), Patch::none());
                 let friction = One(&force.friction).several(|f, k| f[k]);
                 let begun = Begun { normal: force.normal, rubbing: Some((friction, force.twist)) };
                 let places = [couple.a, couple.b].map(|mover| One(mover).several(|m, k| m.position[k]));
                 let lever = write_patches(&mut patch, (&outline, &laid), places, &begun, 0.0025);
                 assert_eq!(bits(&batch.patches[lane]), bits(&patch), "turn {turn}, lane {lane}");
-                let told = (batch.levers[lane], batch.deepest[lane]);
+                let told = (batch.told.levers[lane], batch.told.deepest[lane]);
                 assert_eq!(told, (lever, laid.deepest(&outline)));
                 // the smallest gap is that of the points that are told of
                 let spots = together.spots(&outline, seen.count);

@@ -1,13 +1,13 @@
 //! Faces of contact: the points that two bodies share with one normal, as a step begins with them. What a step needs of a face is in its
 //! patch, in f32, and what the next one needs is what is remembered of it; the face itself is made again when somebody asks.
 
-use super::again::{Sight, Together};
+use super::again::{Now, Sight, Then, Together};
 use super::memory::Seen;
 use crate::abreast::{Abreast, One};
 use crate::material::Coefficients;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
-use carom_math::wide::{inner, minus, times};
+use carom_math::wide::{Plain, inner, minus, times};
 use carom_math::{Column, Precise, Several};
 
 /// Not in any list.
@@ -93,7 +93,8 @@ impl<S: Geometry> Spots<S> {
 }
 
 /// Points of patches and their normals, side by side.
-pub(crate) struct Outline<S: Geometry, R: Precise> {
+#[derive(Clone, Copy)]
+pub(crate) struct Outline<S: Geometry, R: Plain> {
     /// How many points there are.
     pub count: R,
     /// Unit normals from bodies b to bodies a.
@@ -231,9 +232,9 @@ impl<S: Geometry> Face<S> {
         let pair = met.pair();
         let spots = if met.again {
             let (a, b) = (places(pair.0), places(pair.1));
-            let sight = Sight { seen, now: [(&a.0, &a.1), (&b.0, &b.1)], a_is_small: met.a_is_small };
-            let (then, count) = (Outline::of(One(&sight)), seen.names().len());
-            Together::between(One(&sight)).spots(&then, count)
+            let then = Then::of(One(&Sight { seen, a_is_small: met.a_is_small }));
+            let now = Now([(&a.0, &a.1), (&b.0, &b.1)]);
+            Together::between(&then, One(&now)).spots(&then.outline, seen.names().len())
         } else {
             Spots::of(seen)
         };

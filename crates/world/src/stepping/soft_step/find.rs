@@ -9,11 +9,11 @@ use super::tally::Tally;
 use crate::abreast::{Abreast, One};
 use crate::ahead::{Ahead, Couple};
 use crate::material::Coefficients;
-use crate::narrow_phase::{Finder, Nears, contact_id};
+use crate::narrow_phase::{Finder, Near, Nears, contact_id};
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::lanes::WIDTH;
 use carom_math::{Column, Rotation, Several};
-use carom_solver::soft::{EightPatches, Patch, Patches};
+use carom_solver::soft::{EightPatches, Numbers, Patch, Patches};
 use std::ops::Range;
 
 /// Normals whose cosine is above this are one: a milliradian apart.
@@ -149,14 +149,8 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
                 self.add_again(found, &nears.couple(k), known, old);
                 continue;
             }
-            found.points.clear();
-            let near = nears.near(k);
-            near.contacts(&mut found.points);
-            if !found.points.is_empty() {
-                let known =
-                    Known { seen: &self.before.seen[known.clone()], forces: &self.before.forces[known] };
-                self.look_anew(&near.couple, known, found);
-            }
+            let known = Known { seen: &self.before.seen[known.clone()], forces: &self.before.forces[known] };
+            self.look_at(&nears.near(k), known, found);
         }
         let told = found.patches.pairs.len();
         found.patches.pairs.extend(found.met[told..].iter().map(|met| (met.a, met.b)));
@@ -231,9 +225,9 @@ impl<S: Geometry> Finding<'_, S> {
         for (place, old) in known.zip(first..) {
             let slot = found.slots[old] as usize;
             let (batch, lane) = (&found.batches[slot / WIDTH], slot % WIDTH);
-            let (count, deepest) = (self.before.seen[place].names().len() as u8, batch.deepest[lane]);
-            let met = Met { seen: place as u32, count, normal: batch.normal(lane), deepest, ..met };
-            let (friction, twisting) = found.friction(met.kind, batch.levers[lane]);
+            let (count, deepest) = (self.before.seen[place].names().len() as u8, batch.told.deepest[lane]);
+            let met = Met { seen: place as u32, count, normal: batch.told.normal(lane), deepest, ..met };
+            let (friction, twisting) = found.friction(met.kind, batch.told.levers[lane]);
             found.patches.push(&batch.patches[lane]).set_friction(friction, twisting);
             found.add(met, Some(&self.before.forces[place]), self.h);
         }
@@ -254,6 +248,15 @@ impl<S: Geometry> Finding<'_, S> {
             a_is_small: couple.a_is_small(),
             normal: S::Vector::ZERO,
             deepest: f64::INFINITY,
+        }
+    }
+
+    /// Looks for a pair's faces, of which this is known.
+    pub fn look_at(&self, near: &Near<'_, S>, known: Known<'_, S>, found: &mut Found<S>) {
+        found.points.clear();
+        near.contacts(&mut found.points);
+        if !found.points.is_empty() {
+            self.look_anew(&near.couple, known, found);
         }
     }
 

@@ -15,12 +15,14 @@ mod memory;
 mod motion;
 mod patches;
 mod problem;
+mod standing;
 mod tally;
 
 pub use again::AGAIN;
 use face::{Face, Met, NONE};
 pub use memory::PatchList;
 use memory::Seen;
+pub(crate) use standing::Standing;
 
 use crate::ahead::Ahead;
 use crate::bodies::Bodies;
@@ -42,13 +44,14 @@ use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::workers::Memory;
 use carom_math::{Column, Pose, Workers};
-use carom_solver::soft::{Patches, Rigid as RigidSweeps, SoftChoice, SoftSolver, Told};
+use carom_solver::soft::{Laid, Patches, Rigid as RigidSweeps, SoftChoice, SoftSolver, Told};
 use carom_solver::{SolverKind, Stop, Twist};
 use find::{Finding, Found};
 use given::Given;
 use kept::Kept;
 use motion::Kicked;
 use problem::Rigid;
+use standing::Renewed;
 use std::sync::{Arc, OnceLock};
 use tally::Tally;
 
@@ -68,6 +71,13 @@ pub struct SoftStep<S: Geometry> {
     kinds: Vec<Coefficients>,
     tally: Tally,
     found: Memory<Chunk<Found<S>>>,
+    /// The number of the faces that the solver's packs are of, 0 for none, and what that will be at the step's end.
+    packed: u64,
+    packing: u64,
+    /// The step's faces are those of the step before, laid in packs; those of them that were looked at anew, and room for these.
+    goes_again: bool,
+    anew: Vec<u32>,
+    renewed: Memory<Chunk<Renewed<S>>>,
     /// The faces' points as touches, made when asked for.
     touches: OnceLock<Vec<Touch<S>>>,
     /// Record of each body: 0 for obstacles at rest, `u32::MAX` for bodies that touch nothing. Those of fixed bodies may be
@@ -116,6 +126,11 @@ impl<S: Geometry> Default for SoftStep<S> {
             kinds: Vec::new(),
             tally: Tally::default(),
             found: Memory::default(),
+            packed: 0,
+            packing: 0,
+            goes_again: false,
+            anew: Vec::new(),
+            renewed: Memory::default(),
             touches: OnceLock::new(),
             record_of: Vec::new(),
             body_of: Vec::new(),
@@ -141,7 +156,7 @@ impl<S: Geometry> SoftStep<S> {
     /// Finds the faces of contact of a step, and their patches with the forces that they had in the step before.
     pub(crate) fn find(
         &mut self,
-        narrow_phase: &mut NarrowPhase<S>,
+        (narrow_phase, standing): (&mut NarrowPhase<S>, &mut Standing<S>),
         ahead: Ahead<'_, S>,
         before: &PatchList<S>,
     ) {
@@ -154,9 +169,24 @@ impl<S: Geometry> SoftStep<S> {
             self.spare = list;
         }
         let h = substep(ahead.settings, ahead.dt) as f32;
+        let finding = Finding { ahead, before, h };
+        narrow_phase.pair(&ahead);
+        // a step that does not end leaves nothing to go by
+        self.packing = std::mem::take(&mut self.packed);
+        if self.find_again(narrow_phase, standing, &finding, self.packing) {
+            return;
+        }
+        self.goes_again = false;
         self.give_back();
-        narrow_phase.search(&ahead, &Finding { ahead, before, h }, &mut self.found);
+        narrow_phase.look(&ahead, &finding, &mut self.found);
         self.join(&narrow_phase.workers);
+        self.packing = standing.learn(self, narrow_phase, &ahead);
+    }
+
+    /// Whether the last step's faces were those of the step before, and how many of them were looked at anew.
+    #[cfg(test)]
+    pub(crate) fn went_again(&self) -> Option<usize> {
+        self.goes_again.then_some(self.anew.len())
     }
 
     /// Drops the faces of bodies that sleep.
@@ -207,13 +237,13 @@ impl<S: Geometry> SoftStep<S> {
     /// # Errors
     /// [`StepError`] for what the scheme has no law for, for loads that fail, and for a step that is less accurate than
     /// the settings demand.
-    pub fn advance(
+    pub(crate) fn advance(
         &mut self,
         bodies: &mut Bodies<S>,
         settings: &Settings<S>,
         step: &Step<S>,
         outside: Outside<S>,
-        warm: &mut WarmStart<S>,
+        (warm, standing): (&mut WarmStart<S>, &mut Standing<S>),
     ) -> Result<SchemeReport, StepError> {
         self.make_room(bodies);
         self.rigid.begin(bodies, step);
@@ -222,8 +252,12 @@ impl<S: Geometry> SoftStep<S> {
         let mut report = SchemeReport::default();
         self.turn_freely(bodies, settings, step, &mut report.ledger);
         let choice = choice(bodies, settings, step);
-        self.gather(bodies, step, &choice, workers);
-        self.solver.advance(&mut self.patches, self.obstacles, &choice, workers);
+        if !self.goes_again {
+            self.gather(bodies, &choice, workers);
+        }
+        self.fill(bodies, step, &choice, workers);
+        let laid = if self.goes_again { Laid::InPacks } else { Laid::OneByOne };
+        self.solver.advance((&mut self.patches, laid), self.obstacles, &choice, workers);
         let told = self.solver.told();
         report.contact_solve = self.solved(step, &choice, &told);
         self.judge(&report.contact_solve, settings, step.time)?;
@@ -233,7 +267,7 @@ impl<S: Geometry> SoftStep<S> {
         let energy = self.move_on(bodies, step, (&mut report.ledger, kicked), workers);
         report.energy = (!bodies.may_be_damped()).then_some(energy);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
-        self.remember(warm, &choice, workers);
+        self.remember((warm, standing), &choice, workers);
         Ok(report)
     }
 

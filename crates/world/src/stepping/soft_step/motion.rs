@@ -92,14 +92,8 @@ impl<S: Geometry> SoftStep<S> {
         self.accounts.moved(&marks, bodies, step.gravity, Motive::Integrator);
     }
 
-    /// Records of all bodies that touch something, and their numbers in the patches.
-    pub(super) fn gather(
-        &mut self,
-        bodies: &Bodies<S>,
-        step: &Step<S>,
-        choice: &SoftChoice,
-        workers: &Workers,
-    ) {
+    /// Numbers the records of all bodies that touch something, in the patches too.
+    pub(super) fn gather(&mut self, bodies: &Bodies<S>, choice: &SoftChoice, workers: &Workers) {
         self.number(bodies);
         let record_of = &self.record_of;
         let record = |i: u32| record_of[i as usize];
@@ -109,6 +103,16 @@ impl<S: Geometry> SoftStep<S> {
             }
         });
         self.put_in_groups(choice);
+    }
+
+    /// Fills the records.
+    pub(super) fn fill(
+        &mut self,
+        bodies: &Bodies<S>,
+        step: &Step<S>,
+        choice: &SoftChoice,
+        workers: &Workers,
+    ) {
         let h = step.dt / choice.substeps as f64;
         let (body_of, start, loads) = (&self.body_of, &self.start, &self.loads);
         let body = |record: usize| {

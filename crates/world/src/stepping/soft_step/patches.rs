@@ -3,6 +3,7 @@
 use super::SoftStep;
 use super::face::{Face, Laid, Outline};
 use super::memory::{PatchForce, Seen};
+use super::standing::Standing;
 use crate::material::Coefficients;
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
@@ -135,7 +136,12 @@ pub(super) fn rolling_axis<S: Geometry>(normal: S::Vector, k: usize) -> S::Spin 
 
 impl<S: Geometry> SoftStep<S> {
     /// Keeps the last substep's impulses as forces, and what was seen of their patches for the next step.
-    pub(super) fn remember(&mut self, warm: &mut WarmStart<S>, choice: &SoftChoice, workers: &Workers) {
+    pub(super) fn remember(
+        &mut self,
+        (warm, standing): (&mut WarmStart<S>, &mut Standing<S>),
+        choice: &SoftChoice,
+        workers: &Workers,
+    ) {
         // what was there is not forgotten first, to be written once
         let mut forces = std::mem::take(&mut warm.patches.forces);
         warm.clear();
@@ -150,16 +156,27 @@ impl<S: Geometry> SoftStep<S> {
         workers.each(&mut forces, FACES, |first, forces| {
             for (force, place) in forces.iter_mut().zip(first..) {
                 let k = this.kept.face(place);
-                let (met, last) = (&this.met[k], this.solver.last(k));
-                let rolls = this.kinds[met.kind as usize].rolling > 0.0;
                 // written where it stays
                 *force = none;
-                press(force, (usize::from(met.count), met.normal, rolls), &last, rate);
+                let last = this.solver.last(k);
+                if this.goes_again {
+                    // nothing rolls, and a point that is not there bears nothing
+                    let normal = standing.normal(this.solver.place(k));
+                    press(force, (S::Points::<f64>::LEN, normal, false), &last, rate);
+                } else {
+                    let met = &this.met[k];
+                    let rolls = this.kinds[met.kind as usize].rolling > 0.0;
+                    press(force, (usize::from(met.count), met.normal, rolls), &last, rate);
+                }
             }
         });
         warm.patches.forces = forces;
         warm.patches.seen =
             if all_stand { self.before.clone() } else { Arc::new(self.list_of_seen(workers)) };
+        if self.goes_again {
+            standing.keep(&warm.patches.seen);
+        }
+        self.packed = self.packing;
     }
 
     /// Chooses the faces that something is remembered of.

@@ -36,6 +36,11 @@ impl Default for Again {
 }
 
 impl Again {
+    /// All of a list of so many, in their order; `broken` where some of them were seen anew.
+    pub fn all_of(count: usize, broken: bool) -> Self {
+        Again { first: 0, end: count as u32, broken }
+    }
+
     /// Whether they are all of a list of so many.
     pub fn are_all_of(&self, count: usize) -> bool {
         !self.broken && (self.first, self.end as usize) == (0, count)
