@@ -181,8 +181,8 @@ impl<S: Geometry> Job for Asking<'_, '_, S> {
 
 /// Up to which gaps contacts of four pairs are looked for \[m\], whose boxes' margins are `own` \[m\].
 #[inline(always)]
-fn within<'a, S: Geometry, L: Lanes>(
-    by_size: Quartet<'_, [&'a Mover<S>; 2], L>,
+fn within<S: Geometry, L: Lanes>(
+    by_size: Quartet<'_, [&Mover<S>; 2], L>,
     closing: L::Four,
     own: L::Four,
     dt: f64,
