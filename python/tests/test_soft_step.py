@@ -44,7 +44,7 @@ def test_a_snapshot_of_a_soft_step_restores_the_trajectory(face: Face) -> None:
 def test_choices_of_the_scheme_are_checked_by_name(face: Face) -> None:
     world = face.world(scheme="soft_step", soft={"substeps": 8})
     assert world.soft["substeps"] == 8
-    assert world.soft["hertz"] == 30.0
+    assert world.soft["hertz"] == 38.0
     with pytest.raises(BuildError, match="substeps"):
         world.soft = {"substeps": 0}
     with pytest.raises(BuildError, match="solver"):

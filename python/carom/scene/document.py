@@ -87,12 +87,12 @@ class SoftSettings(Strict):
     """Choices of the scheme "soft_step"."""
 
     substeps: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
-        default=None, description="Substeps of a step [1]; 4 when absent."
+        default=None, description="Substeps of a step [1]; 6 when absent."
     )
     hertz: NotNegative | None = Field(
         default=None,
         description="Frequency of the springs between bodies that move [Hz], twice that with obstacles; "
-        "30 when absent.",
+        "38 when absent.",
     )
     damping_ratio: NotNegative | None = Field(
         default=None, description="Damping ratio of the springs [1]; 10 when absent."

@@ -460,6 +460,25 @@ impl<S: Wide> Records<S> {
         (v, w)
     }
 
+    /// Whether a record's velocities after so many substeps are, bit for bit, those that loads alone give: what [`Table::accelerate`]
+    /// does in each.
+    pub fn flew(&self, record: u32, substeps: usize) -> bool {
+        let record = record as usize;
+        let (motion, load) = (&self.motion[record].0, &self.load[record].0);
+        let mut before = self.start[record].0;
+        let mut v = before;
+        for k in 0..WIDTH {
+            v[k] += load[k];
+        }
+        for _ in 1..substeps {
+            for k in 0..WIDTH {
+                let faster = v[k] + (v[k] - before[k]);
+                (before[k], v[k]) = (v[k], faster);
+            }
+        }
+        (0..freedoms::<S>()).all(|k| v[k] == motion[k])
+    }
+
     /// Displacement and change of attitude of a record.
     pub fn moved_of(&self, record: u32) -> (S::Vectors<f32>, S::Turns<f32>) {
         let list = if const { moves_beside::<S>() } { &self.motion } else { &self.moved };

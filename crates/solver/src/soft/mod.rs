@@ -21,4 +21,4 @@ mod sweep;
 pub use bodies::SoftBody;
 pub use pack::APART;
 pub use patch::{EightPatches, FourPatches, Last, Numbers, Patch, PatchResult, Patches, Rare};
-pub use solver::{Laid, Rigid, SoftChoice, SoftSolver, Told};
+pub use solver::{Rigid, SoftChoice, SoftSolver, Told};

@@ -69,7 +69,7 @@ pub struct SoftSolver<S: Wide> {
     plan: Plan,
     /// The patches while a step lasts.
     patches: Patches<S>,
-    /// Those of each pack side by side, where they were laid so.
+    /// Those of each pack side by side, where they are laid so; nothing else.
     columns: Vec<EightPatches<S>>,
     /// Records before this one are obstacles.
     obstacles: u32,
@@ -96,16 +96,6 @@ impl<S: Wide> Default for SoftSolver<S> {
             places: Vec::new(),
         }
     }
-}
-
-/// Where the numbers of a step's patches are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Laid {
-    /// In their list.
-    OneByOne,
-    /// In the solver's [`SoftSolver::room`], pack by pack as the step before had them: whom they join, by their records, is the same.
-    /// What few need is in their list.
-    InPacks,
 }
 
 /// What a step came to.
@@ -158,13 +148,13 @@ impl<S: Wide> Job for Part<'_, '_, S> {
 }
 
 #[inline(never)]
-fn steps_in_the_plane(solver: &mut SoftSolver<Planar>, choice: &SoftChoice, laid: Laid, workers: &Workers) {
-    solver.share(choice, laid, workers, |part| dispatch(part));
+fn steps_in_the_plane(solver: &mut SoftSolver<Planar>, choice: &SoftChoice, workers: &Workers) {
+    solver.share(choice, workers, |part| dispatch(part));
 }
 
 #[inline(never)]
-fn steps_in_space(solver: &mut SoftSolver<Spatial>, choice: &SoftChoice, laid: Laid, workers: &Workers) {
-    solver.share(choice, laid, workers, |part| dispatch(part));
+fn steps_in_space(solver: &mut SoftSolver<Spatial>, choice: &SoftChoice, workers: &Workers) {
+    solver.share(choice, workers, |part| dispatch(part));
 }
 
 impl<S: Wide> SoftSolver<S> {
@@ -186,24 +176,28 @@ impl<S: Wide> SoftSolver<S> {
         self.records.fill(count, body, workers);
     }
 
-    /// Takes all substeps with these patches; records before `obstacles` are those of obstacles.
+    /// Takes all substeps with these patches; records before `obstacles` are those of obstacles. Where patches are laid in columns,
+    /// pack by pack as [`SoftSolver::packs`] has them, whom they join, by their records, is what it was in the last step, and the
+    /// list says what few of them need.
     pub fn advance(
         &mut self,
-        (patches, laid): (&mut Patches<S>, Laid),
+        (patches, mut columns): (&mut Patches<S>, Option<&mut Vec<EightPatches<S>>>),
         obstacles: u32,
         choice: &SoftChoice,
         workers: &Workers,
     ) {
         std::mem::swap(&mut self.patches, patches);
+        self.columns = columns.as_mut().map(|columns| std::mem::take(*columns)).unwrap_or_default();
         self.sort(obstacles, choice, workers);
         // found by type, so that the lanes of both spaces are compiled here, once, and not in every program above
         let either: &mut dyn Any = self;
         if let Some(planar) = either.downcast_mut() {
-            steps_in_the_plane(planar, choice, laid, workers);
+            steps_in_the_plane(planar, choice, workers);
         } else if let Some(spatial) = either.downcast_mut() {
-            steps_in_space(spatial, choice, laid, workers);
+            steps_in_space(spatial, choice, workers);
         }
         std::mem::swap(&mut self.patches, patches);
+        columns.into_iter().for_each(|columns| *columns = std::mem::take(&mut self.columns));
     }
 
     /// Patches of each pack of the last step, as places in their list, lane by lane.
@@ -215,12 +209,6 @@ impl<S: Wide> SoftSolver<S> {
     #[inline]
     pub fn place(&self, patch: usize) -> (usize, usize) {
         (self.places[patch].0 as usize, usize::from(self.places[patch].1))
-    }
-
-    /// Room for the patches of a step, pack by pack as the last one had them, for who writes all of them.
-    pub fn room(&mut self) -> &mut [EightPatches<S>] {
-        self.columns.resize_with(self.members.len(), EightPatches::default);
-        &mut self.columns
     }
 
     /// Sorts patches into packs by group and colour, and plans the step.
@@ -268,13 +256,7 @@ impl<S: Wide> SoftSolver<S> {
     }
 
     /// Shares the stages of a step among workers.
-    fn share(
-        &mut self,
-        choice: &SoftChoice,
-        laid: Laid,
-        workers: &Workers,
-        take: impl Fn(Part<'_, '_, S>) + Sync,
-    ) {
+    fn share(&mut self, choice: &SoftChoice, workers: &Workers, take: impl Fn(Part<'_, '_, S>) + Sync) {
         let (mut packs, mut besides) = (self.packs.as_mut_slice(), self.beside.as_mut_slice());
         let (mut lasts, mut leds) = (self.last.as_mut_slice(), self.led.as_mut_slice());
         let mut chunks = Vec::with_capacity(self.plan.chunks.len());
@@ -295,7 +277,7 @@ impl<S: Wide> SoftSolver<S> {
             members: &self.members,
             order: &self.colours.order,
             patches: &self.patches,
-            columns: (laid == Laid::InPacks).then_some(&self.columns),
+            columns: (!self.columns.is_empty()).then_some(&self.columns),
             choice: *choice,
             beta: Beta::default(),
         };
@@ -337,6 +319,11 @@ impl<S: Wide> SoftSolver<S> {
     /// Velocity and spin of a record at the step's end.
     pub fn motion(&self, record: u32) -> (S::Vectors<f32>, S::Spins<f32>) {
         self.records.motion_of(record)
+    }
+
+    /// Whether nothing touched a record in a step of so many substeps: loads alone give its velocities.
+    pub fn flew(&self, record: u32, substeps: usize) -> bool {
+        self.records.flew(record, substeps)
     }
 
     /// Displacement and change of attitude of a record over the step.
@@ -600,7 +587,7 @@ mod tests {
             let workers = Workers::new(threads).unwrap();
             let (mut solver, places) = columns::<S>(3000, &choice, size);
             solver.sort(1, &choice, &workers);
-            solver.share(&choice, Laid::OneByOne, &workers, |part| dispatch(part));
+            solver.share(&choice, &workers, |part| dispatch(part));
             let place = |record: u32| places.get(record as usize).copied().unwrap_or(record);
             let bits = |record: u32| {
                 let (v, w) = solver.motion(place(record));
@@ -662,9 +649,9 @@ mod tests {
             let mut solver = chain::<S>(&mut Dice(7), bodies);
             solver.sort(2, &choice, &workers);
             match registers {
-                Registers::None => solver.share(&choice, Laid::OneByOne, &workers, |part| Portable.run(part)),
-                Registers::OfFour => solver.share(&choice, Laid::OneByOne, &workers, |part| in_fours(part)),
-                Registers::Widest => solver.share(&choice, Laid::OneByOne, &workers, |part| dispatch(part)),
+                Registers::None => solver.share(&choice, &workers, |part| Portable.run(part)),
+                Registers::OfFour => solver.share(&choice, &workers, |part| in_fours(part)),
+                Registers::Widest => solver.share(&choice, &workers, |part| dispatch(part)),
             }
             solver
         };

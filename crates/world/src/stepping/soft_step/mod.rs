@@ -44,7 +44,7 @@ use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::workers::Memory;
 use carom_math::{Column, Pose, Workers};
-use carom_solver::soft::{Laid, Patches, Rigid as RigidSweeps, SoftChoice, SoftSolver, Told};
+use carom_solver::soft::{Patches, Rigid as RigidSweeps, SoftChoice, SoftSolver, Told};
 use carom_solver::{SolverKind, Stop, Twist};
 use find::{Finding, Found};
 use given::Given;
@@ -256,14 +256,14 @@ impl<S: Geometry> SoftStep<S> {
             self.gather(bodies, &choice, workers);
         }
         self.fill(bodies, step, &choice, workers);
-        let laid = if self.goes_again { Laid::InPacks } else { Laid::OneByOne };
-        self.solver.advance((&mut self.patches, laid), self.obstacles, &choice, workers);
+        let columns = self.goes_again.then(|| standing.room());
+        self.solver.advance((&mut self.patches, columns), self.obstacles, &choice, workers);
         let told = self.solver.told();
         report.contact_solve = self.solved(step, &choice, &told);
         self.judge(&report.contact_solve, settings, step.time)?;
         report.ledger.contact_normal += told.pressing_work;
         report.ledger.friction += told.rubbing_work;
-        let kicked = self.kick(bodies, step, &mut report.ledger, workers);
+        let kicked = self.kick(bodies, step, (&mut report.ledger, choice.substeps), workers);
         let energy = self.move_on(bodies, step, (&mut report.ledger, kicked), workers);
         report.energy = (!bodies.may_be_damped()).then_some(energy);
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
@@ -387,7 +387,7 @@ impl<S: Geometry> SoftStep<S> {
         &mut self,
         bodies: &mut Bodies<S>,
         step: &Step<S>,
-        ledger: &mut Ledger,
+        (ledger, substeps): (&mut Ledger, usize),
         workers: &Workers,
     ) -> Energy {
         let mut kicked = std::mem::take(&mut self.kicked);
@@ -395,12 +395,12 @@ impl<S: Geometry> SoftStep<S> {
         workers.each(&mut kicked, motion::BODIES, |first, kicked| {
             for (to, i) in kicked.iter_mut().zip(&bodies.movers()[first..]) {
                 let i = *i as usize;
-                *to = bodies.is_dynamic(i).then(|| self.kick_of(bodies, i, step));
+                *to = bodies.is_dynamic(i).then(|| self.kick_of(bodies, i, step, substeps));
             }
         });
         let mut energy = Energy::default();
         for (k, kicked) in kicked.iter().enumerate() {
-            let Some(Kicked { after, energy: own, gravity, applied }) = kicked else { continue };
+            let Some(Kicked { after, energy: own, gravity, applied, .. }) = kicked else { continue };
             ledger.gravity += gravity;
             applied.iter().for_each(|work| ledger.applied += work);
             bodies.motion.set_twist(bodies.movers()[k] as usize, after);

@@ -24,6 +24,8 @@ pub(super) const BODIES: usize = 128;
 pub(super) struct Kicked<S: Geometry> {
     /// Velocities after them.
     pub after: Twist<S>,
+    /// Nothing touched it: loads alone gave them.
+    flew: bool,
     /// Its energy then.
     pub energy: Energy,
     /// Work of gravity \[J\].
@@ -176,30 +178,34 @@ impl<S: Geometry> SoftStep<S> {
     }
 
     /// What all impulses of the step do to a body.
-    pub(super) fn kick_of(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>) -> Kicked<S> {
-        let (before, after, data) = (&self.start[i], self.kicked(bodies, i, step), &bodies.data[i]);
+    pub(super) fn kick_of(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>, substeps: usize) -> Kicked<S> {
+        let record = self.record_of[i];
+        let flew = record == NONE || self.solver.flew(record, substeps);
+        let after = if flew { self.flight(bodies, i, step) } else { self.swept(i, record) };
+        let (before, data) = (&self.start[i], &bodies.data[i]);
         let mean = (before.linear + after.linear) * (0.5 * step.dt);
         let turn = (before.angular + after.angular) * (0.5 * step.dt);
         let turns = data.inverse_inertia != S::Inertia::ZERO;
         let turning = if turns { self.loads[i].torque.dot(turn) } else { 0.0 };
         Kicked {
             after,
+            flew,
             energy: Energy::of_motion(bodies, i, (&bodies.motion.pose(i), &after), step.gravity),
             gravity: data.mass_properties.mass * step.gravity.dot(mean),
             applied: [self.loads[i].force.dot(mean), turning],
         }
     }
 
-    /// Velocity of a body after the step's impulses.
-    pub(super) fn kicked(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>) -> Twist<S> {
-        let start = self.start[i];
-        if self.record_of[i] == NONE {
-            let (inverse, wrench) = (bodies.inverse_mass(i), &self.loads[i]);
-            let linear = start.linear + (step.gravity + wrench.force * inverse.linear) * step.dt;
-            let angular = start.angular + inverse.angular.apply(wrench.torque) * step.dt;
-            return Twist { linear, angular };
-        }
-        let (velocity, spin) = self.solver.motion(self.record_of[i]);
+    /// Velocity of a body after a step's loads alone.
+    fn flight(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>) -> Twist<S> {
+        let (start, inverse, wrench) = (&self.start[i], bodies.inverse_mass(i), &self.loads[i]);
+        let linear = start.linear + (step.gravity + wrench.force * inverse.linear) * step.dt;
+        Twist { linear, angular: start.angular + inverse.angular.apply(wrench.torque) * step.dt }
+    }
+
+    /// Velocity of a body after what the lanes gave it.
+    fn swept(&self, i: usize, record: u32) -> Twist<S> {
+        let (start, (velocity, spin)) = (&self.start[i], self.solver.motion(record));
         let linear = S::Vector::from_fn(|k| {
             start.linear[k] + (f64::from(velocity[k]) - f64::from(start.linear[k] as f32))
         });
@@ -214,9 +220,10 @@ impl<S: Geometry> SoftStep<S> {
         let mut ends = std::mem::take(&mut self.ends);
         ends.resize(bodies.movers().len(), Default::default());
         workers.each(&mut ends, BODIES, |first, ends| {
-            for (to, i) in ends.iter_mut().zip(&bodies.movers()[first..]) {
+            for (k, (to, i)) in ends.iter_mut().zip(&bodies.movers()[first..]).enumerate() {
                 let i = *i as usize;
-                to.0 = self.end(bodies, i, step);
+                let flew = self.kicked[first + k].is_none_or(|kicked| kicked.flew);
+                to.0 = self.end(bodies, i, step, flew);
                 let Twist { linear, angular } = bodies.motion.twist(i);
                 let twist = Twist { linear, angular: angular + self.after[i] };
                 let energy = || Energy::of_motion(bodies, i, (&to.0, &twist), step.gravity);
@@ -236,12 +243,12 @@ impl<S: Geometry> SoftStep<S> {
     }
 
     /// Pose of a body at the step's end.
-    fn end(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>) -> Pose<S> {
+    fn end(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>, flew: bool) -> Pose<S> {
         let (start, end) = (self.start[i], bodies.motion.twist(i));
         let Pose { mut position, mut rotation } = bodies.motion.pose(i);
         let record = self.record_of[i];
-        if record == NONE || record < self.obstacles {
-            // free flight, and obstacles: the mean velocity is exact
+        if flew {
+            // free flight, and obstacles, which nothing touches: the mean velocity is exact
             position += (start.linear + end.linear) * (0.5 * step.dt);
             let angle = (start.angular + end.angular) * (0.5 * step.dt);
             if angle != S::Spin::ZERO {

@@ -26,7 +26,9 @@ use std::sync::Arc;
 /// Packs that a worker takes at a time.
 const PACKS: usize = 32;
 
-/// Steps that look at all pairs after one that began without and met somebody who came or went.
+/// Faces that stood for fewer steps than this did not last.
+const SOME: u32 = 4;
+/// Steps that look at all pairs after faces that did not last.
 const PAUSE: u32 = 8;
 
 /// Eight patches of a pack.
@@ -72,7 +74,11 @@ pub(crate) struct Standing<S: Geometry> {
     arranged: u64,
     seen: Option<Arc<Vec<Seen<S>>>>,
     eights: Vec<Eight<S>>,
+    /// Their patches as the solver takes them.
+    room: Vec<EightPatches<S>>,
     points: usize,
+    /// Steps that went by them.
+    lasted: u32,
     /// Steps to come that look at all pairs.
     pause: u32,
 }
@@ -80,8 +86,23 @@ pub(crate) struct Standing<S: Geometry> {
 impl<S: Geometry> Default for Standing<S> {
     fn default() -> Self {
         let (made, number, faces, starts, pairs, vacant, asked) = Default::default();
-        let (arranged, seen, eights, points, pause) = Default::default();
-        Standing { made, number, faces, starts, pairs, vacant, asked, arranged, seen, eights, points, pause }
+        let (arranged, seen, eights, room, points, lasted, pause) = Default::default();
+        Standing {
+            made,
+            number,
+            faces,
+            starts,
+            pairs,
+            vacant,
+            asked,
+            arranged,
+            seen,
+            eights,
+            room,
+            points,
+            lasted,
+            pause,
+        }
     }
 }
 
@@ -190,7 +211,7 @@ impl<S: Geometry> Standing<S> {
         if self.arranged != self.number {
             let Some(bodies) = self.begin_pairs(narrow_phase) else { return false };
             self.put_side_by_side(step, &bodies);
-            self.arranged = self.number;
+            (self.arranged, self.lasted) = (self.number, 0);
         }
         let pair = |&(a, b): &(u32, u32)| (movers[a as usize].serial, movers[b as usize].serial);
         let fits = |eight: &Eight<S>| {
@@ -252,20 +273,16 @@ impl<S: Geometry> Standing<S> {
     }
 
     /// Asks of all patches whether they stand, and lays them as they lie now.
-    fn lay(
-        &mut self,
-        finding: &Finding<'_, S>,
-        meeting: &Meeting<'_, S>,
-        room: &mut [EightPatches<S>],
-        workers: &Workers,
-    ) {
+    fn lay(&mut self, finding: &Finding<'_, S>, meeting: &Meeting<'_, S>, workers: &Workers) {
+        self.room.resize_with(self.eights.len(), EightPatches::default);
+        let (eights, room) = (self.eights.as_mut_slice(), self.room.as_mut_slice());
         let lay = |(eights, room): &mut (&mut [Eight<S>], &mut [EightPatches<S>])| {
             dispatch(Laying { eights, room, meeting, finding });
         };
-        if workers.is_alone() || self.eights.len() <= 3 * PACKS {
-            return lay(&mut (&mut self.eights, room));
+        if workers.is_alone() || eights.len() <= 3 * PACKS {
+            return lay(&mut (eights, room));
         }
-        workers.share(self.eights.chunks_mut(PACKS).zip(room.chunks_mut(PACKS)).collect(), lay);
+        workers.share(eights.chunks_mut(PACKS).zip(room.chunks_mut(PACKS)).collect(), lay);
     }
 
     /// Finds the pairs that must be looked at, ascending; tells how many faces they have.
@@ -303,6 +320,11 @@ impl<S: Geometry> Standing<S> {
     #[inline]
     pub fn normal(&self, (pack, lane): (usize, usize)) -> S::Vector {
         self.eights[pack].told.normal(lane)
+    }
+
+    /// The patches as they lie, pack by pack.
+    pub fn room(&mut self) -> &mut Vec<EightPatches<S>> {
+        &mut self.room
     }
 
     /// A step went by the faces, and left this of them.
@@ -390,7 +412,7 @@ impl<S: Geometry> SoftStep<S> {
         if !standing.fits(number, narrow_phase, ahead) || !standing.arrange(self, narrow_phase, before) {
             return false;
         }
-        standing.lay(finding, &narrow_phase.meeting(ahead), self.solver.room(), &narrow_phase.workers);
+        standing.lay(finding, &narrow_phase.meeting(ahead), &narrow_phase.workers);
         let (wanted, asked) = (standing.ask(), std::mem::take(&mut standing.asked));
         let mut renewed = std::mem::take(&mut self.renewed);
         narrow_phase.look_at(ahead, &asked, &Renewing { finding, standing }, &mut renewed);
@@ -408,8 +430,9 @@ impl<S: Geometry> SoftStep<S> {
             let again = Again::all_of(standing.faces.len(), !self.fresh.is_empty());
             self.tally =
                 Tally { points: standing.points, deepest: standing.deepest(), again, ..Tally::default() };
+            standing.lasted += 1;
         } else {
-            standing.pause = PAUSE;
+            standing.pause = if standing.lasted < SOME { PAUSE } else { 0 };
         }
         self.renewed = renewed;
         stay
@@ -433,7 +456,7 @@ impl<S: Geometry> SoftStep<S> {
             self.met[k] = Met { kind: self.met[k].kind, seen: self.fresh.len() as u32, again: false, ..*new };
             self.fresh.push(*seen);
             self.anew.push(*face);
-            self.solver.room()[pack].replace(lane, patch);
+            standing.room[pack].replace(lane, patch);
             let (eight, met, fresh) = (&mut standing.eights[pack], &self.met, &self.fresh);
             eight.told.replace(lane, new.normal, new.deepest);
             // the last one stands for those that are not there, in the other half too
