@@ -236,7 +236,9 @@ pub fn a_driven_floor_carries_a_block_and_pays_for_it<S: Dimension>() {
     let block = BodySpec::heavy(S::block(1.0, 0.4), 3.0).at(S::at(0.0, 0.2)).friction(0.5);
     let block = add(&mut w, "block", block);
     let kinetic = 0.5 * 3.0 * 4.0;
-    run(&mut w, 1.0, |_, r| at_most(r.ledger.closure.abs(), 2e-6 * kinetic, "closure of a step [J]"));
+    // each substep rounds to f32
+    let rounding = 5e-7 * SoftSettings::default().substeps as f64;
+    run(&mut w, 1.0, |_, r| at_most(r.ledger.closure.abs(), rounding * kinetic, "closure of a step [J]"));
     close(speed(&w, block), 2.0, 1e-3, "speed [m/s]");
     // the belt gives as much again to heat: 3 kg 2 m/s 2 m/s
     close(w.ledger().driven, 2.0 * kinetic, 0.02 * kinetic, "work of the belt [J]");
@@ -472,7 +474,15 @@ fn a_tumbling_brick_keeps_its_angular_momentum() {
 /// Boxes that strike with one corner after another, and with several faces at once: restitution gave up to 1.4 times their
 /// energy at e = 1, for it turned points round one after another and nothing bounded what a face gave.
 pub fn boxes_that_bounce_keep_within_their_energy<S: Dimension>() {
-    let mut dice = Dice(5);
+    for seed in 1..=8 {
+        boxes_thrown_with::<S>(seed);
+    }
+}
+
+/// What a face may give that another took is half a per cent of all at most in these throws; with four softer substeps it was two and a
+/// half in the third of them.
+fn boxes_thrown_with<S: Dimension>(seed: u64) {
+    let mut dice = Dice(seed);
     for trial in 0..36 {
         let e = [0.5, 0.9, 1.0][trial % 3];
         let friction = [0.0, 0.5][trial / 3 % 2];
@@ -489,11 +499,8 @@ pub fn boxes_that_bounce_keep_within_their_energy<S: Dimension>() {
         let begun = w.energy().total();
         run(&mut w, 4.0, |w, _| {
             let now = w.energy().total();
-            at_most(
-                now,
-                begun * (1.0 + 1e-3),
-                &format!("energy at {} s, trial {trial}, e = {e} [J]", w.time()),
-            );
+            let what = || format!("energy at {} s, seed {seed}, trial {trial}, e = {e} [J]", w.time());
+            at_most(now, begun * (1.0 + 5e-3), &what());
         });
     }
 }

@@ -14,6 +14,7 @@ mod scene;
 mod scenes;
 #[cfg(test)]
 mod smoke;
+mod verdict;
 
 use arguments::Arguments;
 use carom::{Planar, Spatial};
@@ -55,7 +56,7 @@ fn run_all(arguments: &Arguments) -> Result<(), String> {
         race::race(word, &plane, arguments, &mut done)?;
         race::race(word, &space, arguments, &mut done)?;
     }
-    println!("{}", summary(&all));
+    println!("{}\n{}", summary(&all), verdict::verdict(&all));
     Ok(())
 }
 
@@ -63,8 +64,7 @@ fn run_all(arguments: &Arguments) -> Result<(), String> {
 fn summary(rows: &[Row]) -> String {
     let mut lines: Vec<(String, String)> = Vec::new();
     for row in rows {
-        let asleep = if row.sleeping { "sleeping" } else { "awake" };
-        let name = format!("{}/{} x{} {asleep}", row.space, row.scene, row.threads);
+        let name = row.course();
         let cut = if row.steps < row.steps_asked { " (cut)" } else { "" };
         let ratio = row.ratio.map_or("-".to_string(), |r| format!("{r:.2}"));
         let entry = format!("{} {ratio}{cut}", row.engine);

@@ -10,6 +10,8 @@ pub const FILE: &str = "peers.csv";
 pub const COLUMNS: &str = "scene,space,engine,solver,threads,sleeping,bodies,steps,steps_asked,repeats,ms_per_step,cpu_ms_per_step,ratio,contacts,penetration_max,penetration_mean,drift_max,drift_mean,speed_max,slip_direction_error,energy_gain,pairs_ms,collide_ms,solve_ms,rest_ms";
 /// How many columns name a row.
 const KEY: usize = 6;
+/// Where the judge's figures begin.
+pub const QUALITY: usize = 14;
 
 /// What one engine did on one scene.
 #[derive(Clone, Debug)]
@@ -62,6 +64,15 @@ impl Row {
     /// The time that decides \[ms\].
     pub fn deciding(&self) -> f64 {
         deciding(self.threads, self.wall, self.cpu)
+    }
+    /// Scene and choice.
+    pub fn course(&self) -> String {
+        let asleep = if self.sleeping { "sleeping" } else { "awake" };
+        format!("{}/{} x{} {asleep}", self.space, self.scene, self.threads)
+    }
+    /// Whether it is carom's.
+    pub fn is_ours(&self) -> bool {
+        self.engine == "carom"
     }
     fn whole(&self) -> bool {
         self.steps == self.steps_asked
@@ -199,10 +210,10 @@ fn order(line: &str) -> (String, String, usize, String, String, String, String) 
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
 
-    fn row(engine: &str, cpu: f64) -> Row {
+    pub fn row(engine: &str, cpu: f64) -> Row {
         Row {
             scene: "pyramid:4".into(),
             space: "planar",
@@ -226,6 +237,7 @@ mod tests {
     #[test]
     fn a_row_has_as_many_cells_as_there_are_columns() {
         assert_eq!(row("box2d", 1.0).csv().split(',').count(), COLUMNS.split(',').count());
+        assert_eq!(COLUMNS.split(',').nth(QUALITY), Some("penetration_max"));
     }
 
     #[test]
