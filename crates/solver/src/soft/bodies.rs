@@ -4,6 +4,7 @@
 use super::shared::Shared;
 use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
 use carom_math::{Several, Wide, Workers};
+use std::cell::Cell;
 use std::ops::Range;
 
 /// A body at the step's start.
@@ -183,6 +184,16 @@ fn gather<L: Lanes>(lanes: L, record: impl Fn(usize) -> Eight, ids: &[u32; WIDTH
     let mut rows = [Real::all(lanes, 0.0); WIDTH];
     for k in 0..WIDTH {
         rows[k] = Real::load(lanes, &record(ids[k] as usize));
+    }
+    Real::turn(rows)
+}
+
+/// At most eight records that lie in a row, turned; where fewer are left the last one fills the other lanes.
+#[inline(always)]
+fn in_a_row<L: Lanes>(lanes: L, records: &[Cell<Eight>]) -> [Real<L>; WIDTH] {
+    let mut rows = [Real::all(lanes, 0.0); WIDTH];
+    for (k, row) in rows.iter_mut().enumerate() {
+        *row = Real::load(lanes, &records[k.min(records.len() - 1)].get());
     }
     Real::turn(rows)
 }
@@ -381,20 +392,22 @@ impl<S: Wide> Table<'_, S> {
     #[inline(always)]
     pub fn accelerate<L: Lanes>(&self, lanes: L, records: Range<usize>, substep: usize) {
         let (none, is_velocity) = (Real::all(lanes, 0.0), Real::load(lanes, const { &of_velocities::<S>() }));
-        for i in records {
-            let motion = self.motion.get(i);
-            let v = Real::load(lanes, &motion);
+        let motions = self.motion.row(records.clone());
+        // what lies beside the velocities stays
+        if substep == 0 {
             // before the first substep `before` is the velocity without the warm start
-            let faster = if substep == 0 {
-                v + Real::load(lanes, &self.load[i])
-            } else {
-                v + (v - Real::load(lanes, &self.before.get(i)))
-            };
-            // what lies beside the velocities stays
-            self.motion.set(i, none.if_less(is_velocity, faster, v).store());
-            if substep > 0 {
-                self.before.set(i, motion);
+            for (motion, load) in motions.iter().zip(&self.load[records]) {
+                let v = Real::load(lanes, &motion.get());
+                motion.set(none.if_less(is_velocity, v + Real::load(lanes, load), v).store());
             }
+            return;
+        }
+        for (motion, before) in motions.iter().zip(self.before.row(records)) {
+            let now = motion.get();
+            let v = Real::load(lanes, &now);
+            let faster = v + (v - Real::load(lanes, &before.get()));
+            motion.set(none.if_less(is_velocity, faster, v).store());
+            before.set(now);
         }
     }
 
@@ -418,31 +431,28 @@ impl<S: Wide> Table<'_, S> {
     #[inline(always)]
     pub fn move_on<L: Lanes>(&self, lanes: L, records: Range<usize>, h: f32) {
         let (d, at) = (<S::Vectors<f32> as Several<f32>>::LEN, const { moved_at::<S>() });
-        let h = Real::all(lanes, h);
-        for first in records.clone().step_by(WIDTH) {
-            // where fewer than eight are left the last is moved by several lanes, to the same place
-            let mut ids = [(records.end - 1) as u32; WIDTH];
-            for (k, id) in ids.iter_mut().enumerate().take(records.end - first) {
-                *id = (first + k) as u32;
+        let (h, beside) = (Real::all(lanes, h), const { moves_beside::<S>() });
+        let motions = self.motion.row(records.clone());
+        let moved = if beside { motions } else { self.moved.row(records) };
+        for (motions, moved) in motions.chunks(WIDTH).zip(moved.chunks(WIDTH)) {
+            let motion = in_a_row(lanes, motions);
+            let mut rows = if beside { motion } else { in_a_row(lanes, moved) };
+            let (mut turn, mut angle) = (S::Turns::all(h), S::Spins::all(h));
+            for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
+                turn[k] = rows[at + d + k];
             }
-            let bodies = self.gather_motion(lanes, &ids, &S::Kept::all(Eight::default()));
-            let Moved { by, turn } = self.moved(lanes, &ids, &bodies);
-            let mut angle = S::Spins::all(h);
             for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
-                angle[k] = h * bodies.spin[k];
+                angle[k] = h * motion[d + k];
             }
             let turn = S::turned_by(&turn, &angle);
-            let mut rows = bodies.rows;
             for k in 0..d {
-                rows[at + k] = by[k] + h * bodies.velocity[k];
+                rows[at + k] = rows[at + k] + h * motion[k];
             }
             for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
                 rows[at + d + k] = turn[k];
             }
-            let list = if const { moves_beside::<S>() } { &self.motion } else { &self.moved };
-            let rows = Real::turn(rows);
-            for k in 0..WIDTH {
-                list.set(ids[k] as usize, rows[k].store());
+            for (to, row) in moved.iter().zip(Real::turn(rows)) {
+                to.set(row.store());
             }
         }
     }

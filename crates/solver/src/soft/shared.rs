@@ -2,6 +2,7 @@
 //! file holds the crate's only unsafe code, one line ([ADR 6](../../../../docs/adr/0006-where-unsafe-lives.md)).
 
 use std::cell::Cell;
+use std::ops::Range;
 
 /// A list whose items workers read and write at once, each its own.
 pub struct Shared<'a, T>(&'a [Cell<T>]);
@@ -29,6 +30,11 @@ impl<'a, T: Copy> Shared<'a, T> {
     #[inline(always)]
     pub fn set(&self, i: usize, item: T) {
         self.0[i].set(item);
+    }
+    /// Some items in a row.
+    #[inline(always)]
+    pub fn row(&self, items: Range<usize>) -> &'a [Cell<T>] {
+        &self.0[items]
     }
     /// The items behind the first ones, for who replaces several of them: one look at a place tells whether it is there.
     #[inline(always)]
