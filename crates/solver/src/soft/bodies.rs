@@ -446,7 +446,7 @@ impl<S: Wide> Table<'_, S> {
             }
             let turn = S::turned_by(&turn, &angle);
             for k in 0..d {
-                rows[at + k] = rows[at + k] + h * motion[k];
+                rows[at + k] += h * motion[k];
             }
             for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
                 rows[at + d + k] = turn[k];
