@@ -230,14 +230,25 @@ pub fn bodies_that_touch_nothing_fly_exactly<S: Dimension>() {
 
 /// A floor that moves sideways: the block takes its speed, and the work comes from the floor.
 pub fn a_driven_floor_carries_a_block_and_pays_for_it<S: Dimension>() {
-    let mut w = world::<S>(soft(1.0 / 240.0));
+    for choice in [four_substeps(), SoftSettings::default()] {
+        is_carried_by_a_driven_floor::<S>(choice);
+    }
+}
+
+/// What some laws were first held to.
+fn four_substeps() -> SoftSettings {
+    SoftSettings { substeps: 4, hertz: 30.0, ..SoftSettings::default() }
+}
+
+/// Each substep rounds to f32: the closure of a step is bounded by 2e-6 of the energy for four.
+fn is_carried_by_a_driven_floor<S: Dimension>(choice: SoftSettings) {
+    let mut w = world::<S>(Settings { soft: choice, ..soft(1.0 / 240.0) });
     let belt = BodySpec { kind: BodyKind::Kinematic, ..BodySpec::fixed(S::block(40.0, 1.0)) };
     add(&mut w, "belt", belt.at(S::at(0.0, -0.5)).moving(S::at(2.0, 0.0)).friction(0.5));
     let block = BodySpec::heavy(S::block(1.0, 0.4), 3.0).at(S::at(0.0, 0.2)).friction(0.5);
     let block = add(&mut w, "block", block);
     let kinetic = 0.5 * 3.0 * 4.0;
-    // each substep rounds to f32
-    let rounding = 5e-7 * SoftSettings::default().substeps as f64;
+    let rounding = 2e-6 * choice.substeps as f64 / 4.0;
     run(&mut w, 1.0, |_, r| at_most(r.ledger.closure.abs(), rounding * kinetic, "closure of a step [J]"));
     close(speed(&w, block), 2.0, 1e-3, "speed [m/s]");
     // the belt gives as much again to heat: 3 kg 2 m/s 2 m/s
@@ -474,19 +485,20 @@ fn a_tumbling_brick_keeps_its_angular_momentum() {
 /// Boxes that strike with one corner after another, and with several faces at once: restitution gave up to 1.4 times their
 /// energy at e = 1, for it turned points round one after another and nothing bounded what a face gave.
 pub fn boxes_that_bounce_keep_within_their_energy<S: Dimension>() {
+    boxes_thrown_with::<S>(5, four_substeps(), 1e-3);
     for seed in 1..=8 {
-        boxes_thrown_with::<S>(seed);
+        boxes_thrown_with::<S>(seed, SoftSettings::default(), 5e-3);
     }
 }
 
-/// What a face may give that another took is half a per cent of all at most in these throws; with four softer substeps it was two and a
-/// half in the third of them.
-fn boxes_thrown_with<S: Dimension>(seed: u64) {
+/// What a face may give that another took is half a per cent of all at most in the throws with the default; with four softer substeps
+/// it is two and a half in those of seed 3.
+fn boxes_thrown_with<S: Dimension>(seed: u64, choice: SoftSettings, gain: f64) {
     let mut dice = Dice(seed);
     for trial in 0..36 {
         let e = [0.5, 0.9, 1.0][trial % 3];
         let friction = [0.0, 0.5][trial / 3 % 2];
-        let mut w = world::<S>(soft(1.0 / 60.0));
+        let mut w = world::<S>(Settings { soft: choice, ..soft(1.0 / 60.0) });
         add_floor(&mut w, friction, e);
         add(&mut w, "wall", BodySpec::fixed(S::wall(S::at(-1.0, 0.0))).at(S::at(3.0, 0.0)).restitution(e));
         for k in 0..3 {
@@ -500,7 +512,7 @@ fn boxes_thrown_with<S: Dimension>(seed: u64) {
         run(&mut w, 4.0, |w, _| {
             let now = w.energy().total();
             let what = || format!("energy at {} s, seed {seed}, trial {trial}, e = {e} [J]", w.time());
-            at_most(now, begun * (1.0 + 5e-3), &what());
+            at_most(now, begun * (1.0 + gain), &what());
         });
     }
 }
