@@ -241,7 +241,7 @@ pub fn closing<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P) -> P::N
 /// The margins of pairs in a soft step of length `dt` \[m\]: how far two surfaces can come towards each other in it, at twice their speed
 /// of approach. What flies side by side hardly meets, however fast it is; in a drum that turns, what lies on its wall. Seen from the
 /// larger body every point of the smaller one moves at |v + w x r| + |dw| arm, with the velocities v and spins w of the larger one
-/// and dw of both against each other. What a hit of this step does to others is the meeting's matter.
+/// and dw of both against each other. What a hit of this step does to others is seen by the next one.
 #[inline(always)]
 pub(crate) fn approach<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(
     pairs: P,

@@ -7,7 +7,6 @@ use crate::columns::{CHUNK, Columns};
 use crate::joint::Joints;
 use crate::settings::Scheme;
 use carom_geometry::{Aabb, Geometry};
-use carom_math::Column;
 use carom_math::lanes::{Four, Job, Lanes, dispatch};
 
 const _: () = assert!(CHUNK <= 1 << u8::BITS);
@@ -23,10 +22,6 @@ pub(crate) struct Meeting<'a, S: Geometry> {
     pub soft: bool,
     pub dt: f64,
 }
-
-/// Share of a body's size that is a deep overlap: what may be halted is looked at from ways this long on. All pairs of what flies
-/// together would cost more than they are worth.
-const DEEP: f64 = 0.5;
 
 /// Up to which gaps contacts of some pairs are looked for \[m\]; less than 0 where a pair has none.
 type Margins = [f64; CHUNK];
@@ -79,8 +74,7 @@ impl<'a, S: Geometry> Meeting<'a, S> {
     #[inline(always)]
     fn boxed(&self, (i, j): (u32, u32), margin: f64) -> Boxed<'a, S> {
         let (i, j) = (i as usize, j as usize);
-        let Columns { bounds, movers, .. } = self.columns;
-        Boxed { boxes: [&bounds[i], &bounds[j]], movers: [&movers[i], &movers[j]], margin }
+        Boxed { boxes: [&self.columns.bounds[i], &self.columns.bounds[j]], margin }
     }
 
     /// Whether four pairs are near enough whatever their speed, some points of whose surfaces are that far apart \[m\]: margins of boxes
@@ -117,16 +111,14 @@ impl<'a, S: Geometry> Meeting<'a, S> {
         if !self.soft {
             return overlap;
         }
-        let halted = boxed.read(|pair| pair.halted(self.dt));
-        let within = within(by_size, (closing, halted), own, self.dt);
+        let within = within(by_size, closing, own, self.dt);
         overlap & !within.less(apart + own)
     }
 }
 
-/// A pair with its boxes, and the margins of both \[m\].
+/// A pair's boxes, and the margins of both \[m\].
 struct Boxed<'a, S: Geometry> {
     boxes: [&'a Aabb<S>; 2],
-    movers: [&'a Mover<S>; 2],
     margin: f64,
 }
 
@@ -135,29 +127,6 @@ impl<S: Geometry> Boxed<'_, S> {
     #[inline(always)]
     fn apart(&self) -> f64 {
         self.boxes[0].apart(self.boxes[1])
-    }
-    /// How far one of them goes in a step of length `dt` if that takes it to where the other is \[m\], should that be halted at once by
-    /// something else; 0 if not, and for ways that would not take it deep into the smaller one.
-    #[inline(always)]
-    fn halted(&self, dt: f64) -> f64 {
-        let ([a, b], [one, other]) = (self.boxes, self.movers);
-        let deep = DEEP * one.extent.min(other.extent);
-        let fast = |mover: &Mover<S>| mover.twist.linear.norm_squared() * (dt * dt) >= deep * deep;
-        let way_of_one = if fast(one) { self.way_to(a, b, one.twist.linear * dt) } else { 0.0 };
-        let way_of_other = if fast(other) { self.way_to(b, a, other.twist.linear * dt) } else { 0.0 };
-        way_of_one.max(way_of_other)
-    }
-    /// The length of a way by which one box comes to meet the other along all axes; 0 where it does not.
-    #[inline(always)]
-    fn way_to(&self, from: &Aabb<S>, to: &Aabb<S>, way: S::Vector) -> f64 {
-        for k in 0..S::DIM {
-            let (above, below) = (to.min[k] - from.max[k], from.min[k] - to.max[k]);
-            let (gap, ahead) = if above > below { (above, way[k]) } else { (below, -way[k]) };
-            if ahead < gap + self.margin && gap + self.margin > 0.0 {
-                return 0.0;
-            }
-        }
-        way.norm()
     }
 }
 
@@ -199,8 +168,7 @@ impl<S: Geometry> Job for Asking<'_, '_, S> {
             );
             let (boxed, by_size) = (Quartet(lanes, &boxed), Quartet(lanes, &by_size));
             let own = boxed.read(|pair| pair.margin);
-            let halted = boxed.read(|pair| pair.halted(meeting.dt));
-            let within = within(by_size, (closing(by_size), halted), own, meeting.dt);
+            let within = within(by_size, closing(by_size), own, meeting.dt);
             // -1 where boxes are farther than that without their margins
             let gap = boxed.read(Boxed::apart) + own;
             let told = within.if_less(gap, own.like(-1.0), within).store();
@@ -211,18 +179,16 @@ impl<S: Geometry> Job for Asking<'_, '_, S> {
     }
 }
 
-/// Up to which gaps contacts of four pairs are looked for \[m\], whose boxes' margins are `own` \[m\]: how far they can come towards each
-/// other as they move, or where one of each is halted.
+/// Up to which gaps contacts of four pairs are looked for \[m\], whose boxes' margins are `own` \[m\].
 #[inline(always)]
 fn within<S: Geometry, L: Lanes>(
     by_size: Quartet<'_, [&Mover<S>; 2], L>,
-    (closing, halted): (L::Four, L::Four),
+    closing: L::Four,
     own: L::Four,
     dt: f64,
 ) -> L::Four {
     let approach = approach(by_size, closing, dt);
-    let farther = approach.if_less(halted, halted, approach);
-    farther.if_less(own, farther, own)
+    approach.if_less(own, approach, own)
 }
 
 #[cfg(test)]
@@ -231,7 +197,7 @@ mod tests {
     use crate::abreast::One;
     use crate::{BodySpec, PlanarShape, Settings, SpatialShape, World};
     use carom_math::lanes::Portable;
-    use carom_math::{Planar, Spatial};
+    use carom_math::{Column, Planar, Spatial};
 
     /// Blocks of some sizes beside and on each other, some of them fast, one fixed and one that meets nobody.
     fn blocks<S: Geometry>(block: fn(f64) -> S::Shape) -> World<S> {
@@ -254,15 +220,6 @@ mod tests {
         world
     }
 
-    /// The length of a way if the boxes without their margins, one of them moved along each axis by itself, overlap along all.
-    fn comes_to<S: Geometry>((a, grown): (Aabb<S>, f64), (b, other): (Aabb<S>, f64), way: S::Vector) -> f64 {
-        let along = |k: usize| {
-            let (low, high) = (a.min[k] + grown + way[k].min(0.0), a.max[k] - grown + way[k].max(0.0));
-            low <= b.max[k] - other && high >= b.min[k] + other
-        };
-        if (0..S::DIM).all(along) { way.norm() } else { 0.0 }
-    }
-
     fn are_asked_alike<S: Geometry>(block: fn(f64) -> S::Shape) {
         let world = blocks::<S>(block);
         let (bodies, dt) = (world.bodies(), 0.01);
@@ -280,14 +237,7 @@ mod tests {
                 let own = columns.margins[i] + columns.margins[j];
                 let by_size = couple.by_size();
                 let approach = approach(One(&by_size), closing(One(&by_size)), dt);
-                let deep = DEEP * by_size[0].extent.min(by_size[1].extent);
-                let moving = |k: usize| {
-                    let way = columns.movers[k].twist.linear * dt;
-                    if way.norm_squared() >= deep * deep { way } else { S::Vector::ZERO }
-                };
-                let of = |k: usize| (columns.bounds[k], columns.margins[k]);
-                let halted = comes_to(of(i), of(j), moving(i)).max(comes_to(of(j), of(i), moving(j)));
-                let within = if soft { own.min(approach.max(halted)) } else { own };
+                let within = if soft { own.min(approach) } else { own };
                 let near = boxes[0].overlaps(boxes[1]) && boxes[0].apart(boxes[1]) + own <= within;
                 if near && couple.may_meet() { within } else { -1.0 }
             };
