@@ -97,3 +97,14 @@ def runs(engine: Engine, solver: str, problem: Problem, flat: Path, rules: Rules
             found.append(Run(engine.name, solver, asked, *figures, measure, told.get("inside", 0.0)))
     lines.unlink()
     return found
+
+
+def best_of(found: list[Run], more: list[Run]) -> list[Run]:
+    """The runs of `found`, each the faster of itself and its like in `more`."""
+    again = {(run.engine, run.solver, run.tolerance): run for run in more}
+
+    def best(run: Run) -> Run:
+        other = again.get((run.engine, run.solver, run.tolerance), run)
+        return other if other.seconds < run.seconds else run
+
+    return [best(run) for run in found]

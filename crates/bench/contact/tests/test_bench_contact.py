@@ -8,7 +8,7 @@ import numpy
 import pytest
 
 from bench_contact import problems, table
-from bench_contact.engines import Run
+from bench_contact.engines import Run, best_of
 from bench_contact.measure import Measure, Problem, measured
 
 
@@ -78,3 +78,12 @@ def test_ratio_is_to_the_fastest_reference_and_survives_the_file(tmp_path: Path)
     table.save(tmp_path / "t.csv", [row])
     assert [run.seconds for run in table.references(tmp_path / "t.csv")["p"]] == [4e-3, 2e-3]
     assert "geometric mean 0.5000" in table.summary([row], ["1e-8"], ["exact"])
+
+
+def test_of_several_rounds_the_best_counts() -> None:
+    def run(solver: str, tolerance: str, seconds: float) -> Run:
+        return Run("siconos", solver, tolerance, seconds, 10, 1e-8, Measure(1e-9, 1e-9, 0.0))
+
+    first = [run("nsgs", "1e-4", 2.0), run("nsgs", "1e-8", 4.0), run("admm", "1e-8", 3.0)]
+    more = [run("nsgs", "1e-8", 1.0), run("admm", "1e-8", 5.0), run("nsn", "1e-8", 0.5)]
+    assert [r.seconds for r in best_of(first, more)] == [2.0, 1.0, 3.0]

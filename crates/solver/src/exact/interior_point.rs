@@ -3,7 +3,7 @@
 //! d = lambda \ (-lambda o lambda + sigma m e - corrector) (theory chapter 7). Starts cold, or from a pair inside the cones
 //! where a solution of a problem much like this one is known; from an iterate of another stage it takes more steps.
 
-use super::newton::finish;
+use super::newton::try_to_finish;
 use super::scaled::Scaled;
 use super::stage::{Solve, StageEnd};
 use super::step::{Pair, centrality, direction, prepare, reach, take};
@@ -109,7 +109,7 @@ fn steps<const D: usize>(
             return StageEnd::Interrupted;
         }
         if trend.is_near(errors.worst()) {
-            match finish(solve, &pair.x, 8) {
+            match try_to_finish(solve, &pair.x, 8) {
                 StageEnd::Stuck => {}
                 end => return end,
             }

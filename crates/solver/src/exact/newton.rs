@@ -15,6 +15,10 @@ const POLISHES: usize = 3;
 /// Share of its error that such a step may leave for another one to be worth its cost.
 const NEARER: f64 = 0.1;
 
+/// The natural map, over that of the start, after one step and after two from an iterate of an interior point or of a path: from
+/// beyond hardly any iteration comes back, and the factorisations that it would take bring those on.
+const ASTRAY: [f64; 2] = [1e5, 10.0];
+
 /// A Newton iteration in progress.
 struct Iteration<const D: usize> {
     x: Vec<[f64; D]>,
@@ -86,7 +90,7 @@ impl<const D: usize> Iteration<D> {
 pub fn finish_far<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most: usize) -> StageEnd {
     let largest = start[..solve.scaled.count()].as_flattened().iter().fold(1.0_f64, |m, x| m.max(x.abs()));
     solve.scaled.lengthen(largest);
-    let end = finish(solve, start, most);
+    let end = try_to_finish(solve, start, most);
     solve.scaled.lengthen(1.0 / largest);
     end
 }
@@ -94,7 +98,15 @@ pub fn finish_far<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], 
 /// At most `most` Newton steps from `start`.
 pub fn finish<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most: usize) -> StageEnd {
     let mut at = Iteration::new(solve, start);
-    let end = steps_to(solve, &mut at, most);
+    let end = steps_to(solve, &mut at, (most, &[]));
+    at.leave(solve);
+    end
+}
+
+/// The same, given up where the first steps lead far away: whoever asks has another way to go on.
+pub fn try_to_finish<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most: usize) -> StageEnd {
+    let mut at = Iteration::new(solve, start);
+    let end = steps_to(solve, &mut at, (most, &ASTRAY));
     at.leave(solve);
     end
 }
@@ -103,7 +115,7 @@ pub fn finish<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most
 /// and would ask for another factorisation in a few steps.
 pub fn finish_well<const D: usize>(solve: &mut Solve<'_, D>, start: &[[f64; D]], most: usize) -> StageEnd {
     let mut at = Iteration::new(solve, start);
-    let end = steps_to(solve, &mut at, most);
+    let end = steps_to(solve, &mut at, (most, &[]));
     if end == StageEnd::Solved && solve.polish {
         polish(solve, &mut at);
     }
@@ -143,8 +155,13 @@ fn polish<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>) {
     }
 }
 
-fn steps_to<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>, most: usize) -> StageEnd {
-    let (mut best, mut bad) = (f64::INFINITY, 0);
+/// At most `most` steps, each of the first ones to a natural map that is at most its bound times that of the start.
+fn steps_to<const D: usize>(
+    solve: &mut Solve<'_, D>,
+    at: &mut Iteration<D>,
+    (most, bounds): (usize, &[f64]),
+) -> StageEnd {
+    let (mut best, mut bad, first) = (f64::INFINITY, 0, at.size);
     for iteration in 0..most {
         if solve.spent() {
             return StageEnd::OutOfBudget;
@@ -156,6 +173,9 @@ fn steps_to<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>, mos
         let errors = solve.judge(&at.x, &at.u);
         if errors.solves(solve.tolerance) {
             return StageEnd::Solved;
+        }
+        if bounds.get(iteration).is_some_and(|bound| at.size > bound * first) {
+            return StageEnd::Stuck;
         }
         if errors.worst() > 0.3 * best {
             bad += 1;
