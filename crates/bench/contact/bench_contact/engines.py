@@ -44,7 +44,7 @@ class Rules:
 
 @dataclass(frozen=True)
 class Run:
-    """One solver at one tolerance: CPU seconds of the call, iterations, the judge's measures.
+    """One solver at one tolerance: seconds of the call, iterations, the judge's measures.
 
     `inside` is what carom's solver says of the solve alone: wall-clock seconds without its own change of the
     matrix's format, which the references are given theirs in; 0 where nothing is said.
