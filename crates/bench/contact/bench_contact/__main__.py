@@ -77,9 +77,14 @@ def timed(
             limit = rules.limit
             if hardest and not ours and not full:
                 limit = min(limit, max(0.1, 3.0 * min(hardest)))
-            own_rules = dataclasses.replace(rules, limit=limit, first=1.0 if ours else rules.first)
-            found += runs(engine, solver, problem, flat, own_rules, scratch)
+            limited = dataclasses.replace(own_rules(engine, rules), limit=limit)
+            found += runs(engine, solver, problem, flat, limited, scratch)
     return found
+
+
+def own_rules(engine: Engine, rules: Rules) -> Rules:
+    """The rules for an engine: ours is given the tolerance that is asked for."""
+    return dataclasses.replace(rules, first=1.0) if engine.name == table.OURS else rules
 
 
 def in_turn(
@@ -96,12 +101,10 @@ def in_turn(
     row.runs = found
     fastest = [run for t in rules.tolerances if (run := row.best_reference(t))]
     rivals = {(run.engine, run.solver) for run in fastest + [r for r in found if r.engine == table.OURS]}
-    for _ in range(rounds):
-        for engine in running:
-            own_rules = dataclasses.replace(rules, first=1.0 if engine.name == table.OURS else rules.first)
-            for name, solver in sorted(rivals):
-                if name == engine.name:
-                    found = best_of(found, runs(engine, solver, problem, flat, own_rules, scratch))
+    by_name = {engine.name: engine for engine in running}
+    for name, solver in sorted(rivals) * rounds:
+        engine = by_name[name]
+        found = best_of(found, runs(engine, solver, problem, flat, own_rules(engine, rules), scratch))
     return found
 
 
