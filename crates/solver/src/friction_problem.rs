@@ -139,11 +139,12 @@ fn natural_map_squared<const D: usize>(
     (step, inverse): (f64, f64),
     friction: f64,
 ) -> f64 {
-    let mut x: [f64; D] = std::array::from_fn(|k| r[k] - step * u_hat[k]);
     if D == 1 {
-        let nearer = if x[0] < 0.0 { r[0] * inverse } else { u_hat[0] };
+        let apart = r[0] * inverse;
+        let nearer = if apart < u_hat[0] { apart } else { u_hat[0] };
         return nearer * nearer;
     }
+    let mut x: [f64; D] = std::array::from_fn(|k| r[k] - step * u_hat[k]);
     let (squared, normal) = (square(&x[1..]), x[0] * x[0]);
     if x[0] >= 0.0 && squared <= friction * friction * normal {
         return square(u_hat);
@@ -165,7 +166,7 @@ fn natural_map_squared<const D: usize>(
 
 /// The larger of two numbers; `a` where b is none.
 #[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
@@ -266,11 +267,13 @@ fn judged<const D: usize>(
             m.stick += 1;
         }
     }
-    m.natural = m.natural.sqrt() / size;
-    m.scaled = m.scaled.sqrt() / size;
-    m.cone /= strongest;
-    m.penetration /= top;
-    m.complementarity /= strongest * top;
-    m.slip_alignment /= top;
+    // few divisions: they are a part of the time of small problems
+    let [over_size, over_strongest, over_top] = [size, strongest, top].map(|size| 1.0 / size);
+    m.natural = m.natural.sqrt() * over_size;
+    m.scaled = m.scaled.sqrt() * over_size;
+    m.cone *= over_strongest;
+    m.penetration *= over_top;
+    m.complementarity *= over_strongest * over_top;
+    m.slip_alignment *= over_top;
     m
 }

@@ -4,6 +4,7 @@ use crate::friction_problem::{FrictionProblem, Measure, measure, project_on_cone
 use crate::impulse_solver::{ImpulseChoice, most_factorisations};
 use crate::watch::Watch;
 use serde::Serialize;
+use smallvec::SmallVec;
 
 /// How exactly, and for how long, to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,6 +41,9 @@ pub struct Stage {
     pub iterations: usize,
 }
 
+/// Stages in order. One alone asks for no memory, which would take a good part of the time of a problem of a few unknowns.
+pub type StageList = SmallVec<[Stage; 1]>;
+
 /// What a solve came to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrictionOutcome {
@@ -48,7 +52,7 @@ pub struct FrictionOutcome {
     /// Measures of the impulses returned.
     pub measure: Measure,
     /// The stages gone through, in order.
-    pub stages: Vec<Stage>,
+    pub stages: StageList,
     /// Factorisations spent in all stages.
     pub factorisations: usize,
     /// Wall-clock seconds of the solve alone, final measure excluded; 0 for what is solved at once, in less time than
@@ -71,7 +75,7 @@ impl FrictionOutcome {
         FrictionOutcome {
             solved: false,
             measure: measure(problem, impulses),
-            stages: Vec::new(),
+            stages: StageList::new(),
             factorisations: 0,
             seconds: 0.0,
             reason,

@@ -36,7 +36,7 @@ pub use delassus::Csr;
 pub use delassus_blocks::Delassus;
 pub use diagnosis::{Diagnosis, diagnose};
 pub use friction_problem::{FrictionProblem, Measure, measure};
-pub use friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
+pub use friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage, StageList};
 pub use friction_solver_kind::FrictionSolverKind;
 pub use impulse_solver::{Content, ImpulseChoice, ImpulseSolver, SolveSettings, SolverKind};
 pub use islands::{Islands, Part, Partition};

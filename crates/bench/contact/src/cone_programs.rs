@@ -153,7 +153,7 @@ impl FrictionSolver for ConePrograms {
         FrictionOutcome {
             solved: best.solves(settings.tolerance),
             measure: best,
-            stages: vec![Stage { name: "cone programs", iterations: rounds }],
+            stages: [Stage { name: "cone programs", iterations: rounds }].into_iter().collect(),
             factorisations: 0,
             seconds: start.elapsed().as_secs_f64(),
             reason,

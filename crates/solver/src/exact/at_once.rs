@@ -3,8 +3,9 @@
 use super::local::Local;
 use super::principal_pivots::{LARGEST, pivoted};
 use super::small_complementarity as small;
-use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
+use crate::friction_problem::{FrictionProblem, Measure, measure, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, Stage};
+use smallvec::smallvec;
 
 /// Corrections of a single impulse below this share of it are the last: what an asymmetric block leaves out is a small
 /// part of them.
@@ -12,13 +13,36 @@ const SMALL: f64 = 1e-12;
 /// How far outside the cone, as a share of |r_T|^2, an impulse is as good as on it: a few roundings.
 const ON_THE_CONE: f64 = 1e-14;
 
+/// What was found at once: less to hand on than an outcome, which is written where it goes.
+pub struct Found {
+    measure: Measure,
+    stage: Stage,
+}
+
+impl Found {
+    /// The outcome.
+    #[inline(always)]
+    pub fn outcome(self) -> FrictionOutcome {
+        FrictionOutcome {
+            solved: true,
+            measure: self.measure,
+            stages: smallvec![self.stage],
+            factorisations: 0,
+            // two readings of a clock would take as long as the solve
+            seconds: 0.0,
+            reason: String::new(),
+            strict_feasibility: None,
+        }
+    }
+}
+
 /// Solves such a problem; `None` when it is none or is not solved, and the impulses are then as they were.
 #[inline(always)]
 pub fn at_once(
     problem: &FrictionProblem,
     settings: &FrictionSettings,
     impulses: &mut [f64],
-) -> Option<FrictionOutcome> {
+) -> Option<Found> {
     if impulses.len() <= small::LARGEST {
         with_room::<{ small::LARGEST }>(problem, settings, impulses)
     } else {
@@ -32,7 +56,7 @@ fn with_room<const N: usize>(
     problem: &FrictionProblem,
     settings: &FrictionSettings,
     impulses: &mut [f64],
-) -> Option<FrictionOutcome> {
+) -> Option<Found> {
     let mut room = [0.0; N];
     if impulses.len() > N {
         return None;
@@ -49,16 +73,7 @@ fn with_room<const N: usize>(
         return None;
     }
     impulses.copy_from_slice(found);
-    Some(FrictionOutcome {
-        solved: true,
-        measure,
-        stages: vec![Stage { name, iterations }],
-        factorisations: 0,
-        // two readings of a clock would take as long as the solve
-        seconds: 0.0,
-        reason: String::new(),
-        strict_feasibility: None,
-    })
+    Some(Found { measure, stage: Stage { name, iterations } })
 }
 
 /// The impulses of few contacts without friction, how they were found, and the rounds it took. There is room for more.
@@ -69,14 +84,15 @@ fn complementary(
     room: &mut [f64],
 ) -> Option<(&'static str, usize)> {
     let q = &problem.velocity;
+    let matrix = &problem.matrix.made(1).matrix;
     if q.len() <= small::LARGEST
-        && let Some(ended) = small::solved(&problem.matrix.made(1).matrix, q, settings.tolerance, room)
+        && let Some(ended) = small::solved(matrix, q, settings.tolerance, room)
     {
         return Some(ended);
     }
     let found = &mut room[..start.len()];
     found.copy_from_slice(start);
-    Some(("pivots", pivoted(&problem.matrix, q, found)?))
+    Some(("pivots", pivoted(matrix, q, found)?))
 }
 
 /// The impulse of the only contact; the rounds it took.

@@ -7,7 +7,7 @@ use super::scaled::Scaled;
 use super::step::Pair;
 use super::sweeps::SweepMemory;
 use super::system::System;
-use crate::friction_solver::Stage;
+use crate::friction_solver::StageList;
 
 /// Vectors over contacts, and pairs of the interior point, that nobody uses at the moment.
 #[derive(Clone, Debug, Default)]
@@ -71,5 +71,5 @@ pub struct Memory<const D: usize> {
     /// Everything else over contacts.
     pub pool: Pool<D>,
     /// The list of stages.
-    pub stages: Vec<Stage>,
+    pub stages: StageList,
 }

@@ -56,7 +56,7 @@ mod way;
 mod whole_face;
 
 use crate::friction_problem::{FrictionProblem, Measure, measure, measured_in, project_on_cone};
-use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
+use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage, StageList};
 use crate::impulse_solver::{Content, ImpulseChoice};
 use crate::methods::lemke::Lemke;
 use crate::stopwatch::Stopwatch;
@@ -126,7 +126,7 @@ impl Goal {
 struct Answer {
     errors: Errors,
     end: StageEnd,
-    stages: Vec<Stage>,
+    stages: StageList,
     factorisations: usize,
     /// True where the least impulses were asked for and not found.
     not_least: bool,
@@ -167,7 +167,7 @@ impl FrictionSolver for Exact {
     ) -> FrictionOutcome {
         let any = settings.impulses != ImpulseChoice::MinimumNorm;
         if any && let Some(found) = at_once(problem, settings, impulses) {
-            return found;
+            return found.outcome();
         }
         match problem.dimension {
             1 if any && problem.contacts() <= FEW => {
@@ -482,7 +482,7 @@ fn climb<const D: usize>(
     solve: &mut Solve<'_, D>,
     goal: &Goal,
     x: &mut Vec<[f64; D]>,
-    stages: &mut Vec<Stage>,
+    stages: &mut StageList,
 ) -> StageEnd {
     let mut tried = f64::INFINITY;
     x.clone_from(&solve.best);

@@ -39,6 +39,12 @@ impl Matrix {
             .collect();
         Matrix { graph: Arc::new(graph), values, diagonal }
     }
+    /// Row i of blocks of one number: columns and values.
+    #[inline(always)]
+    pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
+        let stored = self.graph.row(i);
+        (&self.graph.neighbours[stored.clone()], &self.values[stored])
+    }
 }
 
 impl<const D: usize> Default for Operator<D> {

@@ -3,6 +3,7 @@
 
 use super::local::plus;
 use super::operator::Matrix;
+use crate::friction_problem::larger;
 use crate::registers::in_fours;
 use pulp::{Simd, WithSimd};
 
@@ -13,10 +14,9 @@ const SWEEPS: usize = 2;
 /// Pivots below this share of their column, and ratios closer than this, are left to others.
 const DOUBTFUL: f64 = 1e-10;
 
-/// M by columns, q and the scale of q, for at most N unknowns.
+/// M by rows, q and its size, for N unknowns: where there are fewer, those of the rest have ones on the diagonal and are not pushed.
 struct Small<const N: usize> {
-    n: usize,
-    columns: [[f64; N]; N],
+    rows: [[f64; N]; N],
     q: [f64; N],
     size: f64,
 }
@@ -27,17 +27,22 @@ pub fn solved(m: &Matrix, q: &[f64], tolerance: f64, z: &mut [f64]) -> Option<(&
     if q.iter().all(|q| *q >= 0.0) {
         return Some(("sweeps", 0));
     }
-    if q.len() <= 4 {
-        in_fours(Solved::<4, 8>(m, q, tolerance, z.first_chunk_mut()?))
-    } else {
-        in_fours(Solved::<8, 12>(m, q, tolerance, z.first_chunk_mut()?))
+    match q.len() {
+        ..=4 => in_fours(Solved::<4, 4, 6>(m, q, tolerance, z.first_chunk_mut()?)),
+        5..=6 => in_fours(Solved::<6, 8, 8>(m, q, tolerance, z.first_chunk_mut()?)),
+        _ => in_fours(Solved::<8, 8, 10>(m, q, tolerance, z.first_chunk_mut()?)),
     }
 }
 
-/// The same for at most N unknowns; rows of the tableau have W >= N + 2 numbers.
-struct Solved<'a, const N: usize, const W: usize>(&'a Matrix, &'a [f64], f64, &'a mut [f64; N]);
+/// The same for at most N unknowns; the tableau has N + 2 = C columns of R >= N numbers.
+struct Solved<'a, const N: usize, const R: usize, const C: usize>(
+    &'a Matrix,
+    &'a [f64],
+    f64,
+    &'a mut [f64; N],
+);
 
-impl<const N: usize, const W: usize> WithSimd for Solved<'_, N, W> {
+impl<const N: usize, const R: usize, const C: usize> WithSimd for Solved<'_, N, R, C> {
     type Output = Option<(&'static str, usize)>;
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
@@ -48,7 +53,7 @@ impl<const N: usize, const W: usize> WithSimd for Solved<'_, N, W> {
             if fused { small.swept::<true>(tolerance, z) } else { small.swept::<false>(tolerance, z) };
         match swept {
             Some(rounds) => Some(("sweeps", rounds)),
-            None => Some(("pivots", small.along_path::<W>(z)?)),
+            None => Some(("pivots", small.along_path::<R, C>(z)?)),
         }
     }
 }
@@ -57,46 +62,47 @@ impl<const N: usize> Small<N> {
     #[inline(always)]
     fn of(matrix: &Matrix, velocity: &[f64]) -> Self {
         let n = velocity.len().min(N);
-        let (mut columns, mut q) = ([[0.0; N]; N], [0.0; N]);
-        q[..n].copy_from_slice(&velocity[..n]);
-        let graph = &matrix.graph;
-        let is_full = graph.neighbours.len() == n * n;
-        for i in 0..n {
-            if is_full {
-                let row = &matrix.values[i * n..][..n];
-                (0..n).for_each(|j| columns[j][i] = row[j]);
-                continue;
-            }
-            let stored = graph.row(i);
-            for (&j, &value) in graph.neighbours[stored.clone()].iter().zip(&matrix.values[stored]) {
-                columns[j as usize][i] = value;
-            }
+        let (mut rows, mut q) = ([[0.0; N]; N], [0.0; N]);
+        let (full, _) = matrix.values.as_chunks::<N>();
+        if let (Ok(velocity), true) = (<[f64; N]>::try_from(velocity), matrix.graph.neighbours.len() == N * N)
+        {
+            q = velocity;
+            (0..N).for_each(|i| rows[i] = full[i]);
+            return Small { rows, q, size: size_of(&q) };
         }
-        let size = q.iter().map(|q| q * q).sum::<f64>().sqrt();
-        Small { n, columns, q, size }
+        q[..n].copy_from_slice(&velocity[..n]);
+        let size = size_of(&q);
+        for i in 0..n {
+            let (others, values) = matrix.row(i);
+            others.iter().zip(values).for_each(|(&j, x)| rows[i][j as usize] = *x);
+        }
+        (n..N).for_each(|i| (rows[i][i], q[i]) = (1.0, size));
+        Small { rows, q, size }
     }
     /// Sweeps from zero; how many were enough.
     #[inline(always)]
     fn swept<const FUSED: bool>(&self, tolerance: f64, z: &mut [f64; N]) -> Option<usize> {
-        let n = self.n;
-        if !(0..n).all(|i| self.columns[i][i] > 0.0) {
+        if !(0..N).all(|i| self.rows[i][i] > 0.0) {
             return None;
         }
-        let mut inverse = [0.0; N];
-        (0..n).for_each(|i| inverse[i] = 1.0 / self.columns[i][i]);
+        let (mut inverse, mut columns) = ([0.0; N], [[0.0; N]; N]);
+        for i in 0..N {
+            inverse[i] = 1.0 / self.rows[i][i];
+            (0..N).for_each(|j| columns[j][i] = self.rows[i][j]);
+        }
         let mut w = self.q;
         for sweep in 1..=SWEEPS {
-            for k in 0..n {
+            for k in 0..N {
                 // back and forth, so that the order of the unknowns does not matter
-                let i = if sweep % 2 == 0 { k } else { n - 1 - k };
+                let i = if sweep % 2 == 0 { k } else { N - 1 - k };
                 let next = larger(0.0, plus::<FUSED>(-w[i], inverse[i], z[i]));
                 let moved = next - z[i];
                 z[i] = next;
-                w.iter_mut().zip(&self.columns[i]).for_each(|(w, m)| *w = plus::<FUSED>(*m, moved, *w));
+                (0..N).for_each(|j| w[j] = plus::<FUSED>(columns[i][j], moved, w[j]));
             }
             let mut squared = 0.0;
-            for i in 0..n {
-                let weight = z[i] * self.columns[i][i];
+            for i in 0..N {
+                let weight = z[i] * self.rows[i][i];
                 let off = if w[i] < weight { w[i] } else { weight };
                 squared += off * off;
             }
@@ -107,41 +113,41 @@ impl<const N: usize> Small<N> {
         }
         None
     }
-    /// Lemke's path: basic = rows . (other variables, 1), of which all are zero but the one that enters.
+    /// Lemke's path: basic = columns (other variables, 1), of which all are zero but the one that enters.
     /// Variables: w_i = i, z_i = N + i, the covering one 2 N; its column is N, that of 1 is N + 1.
     #[inline(always)]
-    fn along_path<const W: usize>(&self, z: &mut [f64; N]) -> Option<usize> {
-        let n = self.n;
-        let mut rows = [[0.0; W]; N];
+    fn along_path<const R: usize, const C: usize>(&self, z: &mut [f64; N]) -> Option<usize> {
+        let mut columns = [[0.0; R]; C];
         // place of a variable that is not basic, by its number
         let mut place = [0_u8; 2 * LARGEST + 1];
-        let (mut basic, mut other) = ([0_u8; N], [0_u8; W]);
-        for i in 0..n {
-            (0..N).for_each(|j| rows[i][j] = self.columns[j][i]);
-            (rows[i][N], rows[i][N + 1]) = (COVER[i], self.q[i]);
+        let (mut basic, mut other) = ([0_u8; N], [0_u8; C]);
+        for i in 0..N {
+            (0..N).for_each(|j| columns[j][i] = self.rows[i][j]);
+            (columns[N][i], columns[N + 1][i]) = (COVER[i], self.q[i]);
             (basic[i], other[i], place[N + i]) = (i as u8, (N + i) as u8, i as u8);
         }
         (other[N], place[2 * N]) = (2 * N as u8, N as u8);
         let (mut leaving, mut least) = (0, f64::INFINITY);
-        for i in 0..n {
+        for i in 0..N {
             let need = self.q[i] * INVERSE_COVER[i];
             (leaving, least) = if need < least { (i, need) } else { (leaving, least) };
         }
+        let cover = leaving;
         let (mut column, mut inverse) = (N, INVERSE_COVER[leaving]);
-        for pivots in 1..=4 * n + 4 {
-            exchange(&mut rows, n, (leaving, column), inverse);
+        for pivots in 1..=4 * N + 4 {
+            exchange(&mut columns, (leaving, column), inverse);
             std::mem::swap(&mut basic[leaving], &mut other[column]);
             let left = other[column] as usize;
             place[left] = column as u8;
             if left == 2 * N {
                 z.fill(0.0);
-                for i in (0..n).filter(|&i| basic[i] as usize >= N) {
-                    z[basic[i] as usize - N] = rows[i][N + 1];
+                for i in (0..N).filter(|&i| basic[i] as usize >= N) {
+                    z[basic[i] as usize - N] = columns[N + 1][i];
                 }
-                return (0..n).all(|i| rows[i][N + 1] >= 0.0).then_some(pivots);
+                return (0..N).all(|i| columns[N + 1][i] >= 0.0).then_some(pivots);
             }
             column = place[if left < N { left + N } else { left - N }] as usize;
-            (leaving, inverse) = row_to_leave(&rows, n, &basic, column)?;
+            (leaving, inverse) = row_to_leave(&columns[column], &columns[N + 1], cover)?;
         }
         None
     }
@@ -160,68 +166,74 @@ const INVERSE_COVER: [f64; LARGEST] = {
     inverse
 };
 
-/// The larger of two numbers; `a` where b is none.
 #[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
+fn size_of<const N: usize>(q: &[f64; N]) -> f64 {
+    q.iter().map(|q| q * q).sum::<f64>().sqrt()
 }
 
-/// The basic variable of a row and the variable of a column change places, `inverse` being one over their number; columns that are not used hold zeros.
+/// Rows of the unit matrix.
+static UNIT: [[f64; LARGEST]; LARGEST] = {
+    let mut unit = [[0.0; LARGEST]; LARGEST];
+    let mut i = 0;
+    while i < LARGEST {
+        unit[i][i] = 1.0;
+        i += 1;
+    }
+    unit
+};
+
+/// The basic variable of a row and the variable of a column change places, `inverse` being one over their number.
 #[inline(always)]
-fn exchange<const N: usize, const W: usize>(
-    rows: &mut [[f64; W]; N],
-    n: usize,
+fn exchange<const R: usize, const C: usize>(
+    columns: &mut [[f64; R]; C],
     (r, c): (usize, usize),
     inverse: f64,
 ) {
-    // selected, not written: a number written alone is waited for by the register that is read over it
-    let mut own = [0.0; W];
-    for k in 0..W {
-        own[k] = if k == c { inverse } else { -rows[r][k] * inverse };
+    // products with zeros and ones: numbers that are chosen one by one are no registers, and a number written alone is
+    // waited for by the register that is read over it
+    let (mut others, mut pivots) = ([0.0; R], columns[c]);
+    for i in 0..R {
+        others[i] = 1.0 - UNIT[r % LARGEST][i];
+        pivots[i] = others[i] * pivots[i] + UNIT[r % LARGEST][i];
     }
-    for row in rows.iter_mut().take(n) {
-        let factor = row[c];
-        for k in 0..W {
-            row[k] = if k == c { 0.0 } else { row[k] } + factor * own[k];
-        }
+    for column in columns.iter_mut() {
+        let own = -column[r] * inverse;
+        (0..R).for_each(|i| column[i] = others[i] * column[i] + pivots[i] * own);
     }
-    rows[r] = own;
+    (0..R).for_each(|i| columns[c][i] = pivots[i] * inverse);
 }
 
 /// The row whose variable first falls to zero as the column's grows, and one over its number there; `None` for a ray, and where two do at once, but
-/// for the covering variable: it may always leave, and then the problem is solved.
+/// for the covering variable, which is in the row `cover`: it may always leave, and then the problem is solved.
 #[inline(always)]
-fn row_to_leave<const N: usize, const W: usize>(
-    rows: &[[f64; W]; N],
-    n: usize,
-    basic: &[u8; N],
-    column: usize,
-) -> Option<(usize, f64)> {
-    let mut largest = 0.0;
-    for row in rows.iter().take(n) {
-        largest = larger(largest, row[column].abs());
+fn row_to_leave<const R: usize>(column: &[f64; R], ones: &[f64; R], cover: usize) -> Option<(usize, f64)> {
+    let (mut sizes, mut inverses, mut ratios) = ([0.0; R], [0.0; R], [f64::INFINITY; R]);
+    (0..R).for_each(|i| sizes[i] = column[i].abs());
+    let largest = of_all(sizes, larger);
+    for i in 0..R {
+        inverses[i] = 1.0 / column[i];
+        let falls = column[i] < -DOUBTFUL * largest;
+        ratios[i] = if falls { -ones[i] * inverses[i] } else { f64::INFINITY };
     }
-    let (mut first, mut least, mut second) = (N, f64::INFINITY, f64::INFINITY);
-    let (mut cover, mut covering, mut inverses) = (N, f64::INFINITY, [0.0; N]);
-    for (i, row) in rows.iter().enumerate().take(n) {
-        let falls = row[column] < -DOUBTFUL * largest;
-        inverses[i] = 1.0 / row[column];
-        let ratio = if falls { -row[N + 1] * inverses[i] } else { f64::INFINITY };
-        let is_cover = basic[i] as usize == 2 * N;
-        (cover, covering) = if is_cover { (i, ratio) } else { (cover, covering) };
-        let is_less = ratio < least;
-        let next = if is_less { least } else { ratio };
-        second = if next < second { next } else { second };
-        (first, least) = if is_less { (i, ratio) } else { (first, least) };
-    }
-    if first == N {
+    let least = of_all(ratios, |a, b| if b < a { b } else { a });
+    if least == f64::INFINITY {
         return None;
     }
-    let close = DOUBTFUL * (least.abs() + 1.0 / largest);
-    if covering - least <= close {
-        return Some((cover, inverses[cover]));
+    let close = least + DOUBTFUL * (least.abs() + 1.0 / largest);
+    let near = (0..R).fold(0_u32, |near, i| near | u32::from(ratios[i] <= close) << i);
+    let row = if near >> cover & 1 == 1 { cover } else { near.trailing_zeros() as usize };
+    (row == cover || near.is_power_of_two()).then(|| (row, inverses[row]))
+}
+
+/// What is made of all numbers two by two, halves of them side by side.
+#[inline(always)]
+fn of_all<const R: usize>(mut numbers: [f64; R], two: impl Fn(f64, f64) -> f64) -> f64 {
+    let mut half = R / 2;
+    while half > 0 {
+        (0..half).for_each(|i| numbers[i] = two(numbers[i], numbers[i + half]));
+        half /= 2;
     }
-    if second - least <= close { None } else { Some((first, inverses[first])) }
+    numbers[0]
 }
 
 #[cfg(test)]

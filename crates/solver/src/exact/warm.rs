@@ -6,7 +6,7 @@ use super::newton::finish_well;
 use super::stage::{Solve, StageEnd};
 use super::step::Pair;
 use crate::friction_problem::project_on_cone;
-use crate::friction_solver::Stage;
+use crate::friction_solver::{Stage, StageList};
 
 /// Most Newton steps from the start.
 const STEPS: usize = 4;
@@ -19,7 +19,7 @@ pub const SWEEPS: usize = 4;
 pub fn restart<const D: usize>(
     solve: &mut Solve<'_, D>,
     given: &[[f64; D]],
-    stages: &mut Vec<Stage>,
+    stages: &mut StageList,
 ) -> StageEnd {
     let mut x = solve.vector();
     solve.scaled.in_cone_units(given, &mut x);
@@ -34,7 +34,7 @@ fn from_there<const D: usize>(
     solve: &mut Solve<'_, D>,
     pair: Pair<D>,
     x: &mut Vec<[f64; D]>,
-    stages: &mut Vec<Stage>,
+    stages: &mut StageList,
 ) -> StageEnd {
     let before = solve.system.factorisations;
     let end = finish_well(solve, x, STEPS);

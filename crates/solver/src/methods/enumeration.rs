@@ -16,6 +16,7 @@ use crate::residual::residual_of;
 use crate::stopwatch::Stopwatch;
 use crate::watch::Watch;
 use carom_math::Space;
+use smallvec::smallvec;
 
 /// Most combinations tried: seven planar contacts with friction, fourteen without.
 pub const LARGEST: usize = 1 << 14;
@@ -122,7 +123,7 @@ impl FrictionSolver for Enumeration {
         if solved {
             reason.clear();
         }
-        let stages = vec![Stage { name: "modes", iterations: tried }];
+        let stages = smallvec![Stage { name: "modes", iterations: tried }];
         FrictionOutcome {
             solved,
             measure,

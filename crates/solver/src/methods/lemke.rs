@@ -17,6 +17,7 @@ use crate::residual::residual_of;
 use crate::stopwatch::Stopwatch;
 use crate::watch::Watch;
 use carom_math::Space;
+use smallvec::smallvec;
 
 /// Unknowns beyond which the dense tableau is refused: 2,000 need 64 MB and seconds.
 const LARGEST: usize = 2000;
@@ -123,7 +124,7 @@ impl FrictionSolver for Lemke {
         FrictionOutcome {
             solved,
             measure,
-            stages: vec![Stage { name: "pivots", iterations: pivots }],
+            stages: smallvec![Stage { name: "pivots", iterations: pivots }],
             factorisations: 0,
             seconds,
             reason: if solved { String::new() } else { reason },

@@ -13,6 +13,7 @@ use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, 
 use crate::methods::first_order::{Budget, End, FirstOrder, Memory, Method, Point};
 use crate::stopwatch::Stopwatch;
 use crate::watch::Watch;
+use smallvec::smallvec;
 use std::cell::RefCell;
 use std::marker::PhantomData;
 
@@ -66,7 +67,7 @@ impl<M: Method> FrictionSolver for OnMatrix<M> {
             (_, _, true) => "interrupted".into(),
             _ => format!("{} iterations are spent", end.iterations),
         };
-        let stages = vec![Stage { name: M::STAGE, iterations: end.iterations }];
+        let stages = smallvec![Stage { name: M::STAGE, iterations: end.iterations }];
         FrictionOutcome {
             solved,
             measure,

@@ -223,7 +223,7 @@ impl FrictionSolver for Oracle {
         FrictionOutcome {
             solved,
             measure: measure(problem, impulses),
-            stages: vec![Stage { name: "cone programs", iterations: rounds }],
+            stages: [Stage { name: "cone programs", iterations: rounds }].into_iter().collect(),
             factorisations: 0,
             seconds: 0.0,
             reason,
