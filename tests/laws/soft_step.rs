@@ -78,6 +78,33 @@ pub fn only_what_can_meet_within_the_step_has_contacts<S: Dimension>() {
     assert!(contacts(10.0, [still, still]) > 0, "each turns by itself");
 }
 
+/// Blocks that fall one above another do not approach each other until the lowest is halted, and then all meet within the same
+/// step: those above went on for a whole step and stood in each other by half their size. As long as nothing halts them they
+/// have no contacts.
+#[test]
+fn a_column_that_falls_in_space_is_halted_block_by_block_within_the_step() {
+    type S = Spatial;
+    let (apart, speed, high) = (0.05, 40.0, 10.0);
+    let mut w = world::<S>(soft(1.0 / 60.0));
+    add_floor(&mut w, 0.6, 0.0);
+    for k in 0..8 {
+        let block = BodySpec::heavy(S::block(1.0, 1.0), 1.0).at(S::at(0.0, high + (1.0 + apart) * k as f64));
+        add(&mut w, &format!("block {k}"), block.moving(S::at(0.0, -speed)).friction(0.6));
+    }
+    let (mut deepest, mut flown) = (0.0_f64, 0);
+    run(&mut w, 0.45, |w, report| {
+        let heights = w.bodies().motion.position.iter().skip(1).map(|x| x[2]);
+        let heights: Vec<f64> = heights.collect();
+        if heights[0] > 0.5 + 2.5 * speed / 60.0 {
+            assert_eq!(report.contacts, 0, "{heights:?}");
+            flown += 1;
+        }
+        deepest = heights.windows(2).fold(deepest, |d, pair| d.max(1.0 - (pair[1] - pair[0])));
+    });
+    assert!(flown > 5, "{flown} steps in the air");
+    at_most(deepest, 0.25, "overlap of blocks of 1 m [m]");
+}
+
 /// What a sweep has not evened out leans towards the points that it takes first. In one order for all patches a wall of 50
 /// rows left its plane in every row alike, twice as far (.0086 m, against .0044).
 #[test]

@@ -23,13 +23,18 @@ pub(crate) struct Columns<S: Geometry> {
     /// Speeds, own ones and those shared with neighbours \[m/s\].
     pub own: Vec<f64>,
     pub speeds: Vec<f64>,
+    /// When something may halt each \[s\] from the step's start on: infinite where nothing does, 0 of what is swift while nobody
+    /// knows what does.
+    pub halts: Vec<f64>,
+    /// Whether anything may be halted.
+    pub somebody_halts: bool,
 }
 
 impl<S: Geometry> Default for Columns<S> {
     fn default() -> Self {
         let (movers, poses, bounds, margins) = Default::default();
-        let (ways, own, speeds) = Default::default();
-        Columns { movers, poses, bounds, margins, ways, own, speeds }
+        let (ways, own, speeds, halts) = Default::default();
+        Columns { movers, poses, bounds, margins, ways, own, speeds, halts, somebody_halts: false }
     }
 }
 
@@ -45,6 +50,8 @@ impl<S: Geometry> Columns<S> {
         for column in [&mut self.ways, &mut self.margins, &mut self.speeds, &mut self.own] {
             column.resize(count, 0.0);
         }
+        self.halts.clear();
+        self.halts.resize(count, f64::INFINITY);
     }
 
     /// Takes in where all of them are.
@@ -72,8 +79,8 @@ impl<S: Geometry> Columns<S> {
     }
 
     fn stretch(&mut self) -> Stretch<'_, S> {
-        let Columns { movers, poses, bounds, margins, ways, own, speeds } = self;
-        Stretch { first: 0, movers, poses, bounds, margins, ways, own, speeds }
+        let Columns { movers, poses, bounds, margins, ways, own, speeds, halts, .. } = self;
+        Stretch { first: 0, movers, poses, bounds, margins, ways, own, speeds, halts }
     }
 }
 
@@ -88,6 +95,7 @@ struct Stretch<'a, S: Geometry> {
     ways: &'a mut [f64],
     own: &'a mut [f64],
     speeds: &'a mut [f64],
+    halts: &'a mut [f64],
 }
 
 impl<S: Geometry> Stretch<'_, S> {
@@ -97,8 +105,8 @@ impl<S: Geometry> Stretch<'_, S> {
         let (movers, poses) = (self.movers.split_at_mut(count), self.poses.split_at_mut(count));
         let (bounds, margins) = (self.bounds.split_at_mut(count), self.margins.split_at_mut(count));
         let (ways, own) = (self.ways.split_at_mut(count), self.own.split_at_mut(count));
-        let speeds = self.speeds.split_at_mut(count);
-        let part = |first, movers, poses, bounds, margins, ways, own, speeds| Stretch {
+        let (speeds, halts) = (self.speeds.split_at_mut(count), self.halts.split_at_mut(count));
+        let part = |first, movers, poses, bounds, margins, ways, own, speeds, halts| Stretch {
             first,
             movers,
             poses,
@@ -107,10 +115,11 @@ impl<S: Geometry> Stretch<'_, S> {
             ways,
             own,
             speeds,
+            halts,
         };
         (
-            part(self.first, movers.0, poses.0, bounds.0, margins.0, ways.0, own.0, speeds.0),
-            part(last + 1, movers.1, poses.1, bounds.1, margins.1, ways.1, own.1, speeds.1),
+            part(self.first, movers.0, poses.0, bounds.0, margins.0, ways.0, own.0, speeds.0, halts.0),
+            part(last + 1, movers.1, poses.1, bounds.1, margins.1, ways.1, own.1, speeds.1, halts.1),
         )
     }
 
@@ -125,6 +134,8 @@ impl<S: Geometry> Stretch<'_, S> {
         self.bounds[k] = S::bounds(collider, &pose, margin);
         self.ways[k] += way(&self.poses[k], &pose, mover.reach);
         (self.speeds[k], self.own[k], self.margins[k]) = (speed, speed, margin);
+        let is_swift = mover.is_swift(mover.twist.linear.norm(), ahead.dt);
+        self.halts[k] = if is_swift { 0.0 } else { f64::INFINITY };
         self.poses[k] = pose;
     }
 }

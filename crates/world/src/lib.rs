@@ -13,6 +13,7 @@ pub mod correction;
 pub mod error;
 pub mod force;
 pub mod gradient;
+mod halting;
 pub mod impact;
 pub mod integrate;
 pub mod joint;

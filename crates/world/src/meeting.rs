@@ -7,6 +7,7 @@ use crate::columns::{CHUNK, Columns};
 use crate::joint::Joints;
 use crate::settings::Scheme;
 use carom_geometry::{Aabb, Geometry};
+use carom_math::Column;
 use carom_math::lanes::{Four, Job, Lanes, dispatch};
 
 const _: () = assert!(CHUNK <= 1 << u8::BITS);
@@ -62,7 +63,7 @@ impl<'a, S: Geometry> Meeting<'a, S> {
 
     /// A pair with the margins of both boxes \[m\], which overlap by them, where it may meet.
     #[inline(always)]
-    fn may(&self, (i, j): (u32, u32)) -> Option<f64> {
+    pub fn may(&self, (i, j): (u32, u32)) -> Option<f64> {
         let (i, j) = (i as usize, j as usize);
         let Columns { bounds, margins, .. } = self.columns;
         let couple = self.couple(i, j);
@@ -74,7 +75,9 @@ impl<'a, S: Geometry> Meeting<'a, S> {
     #[inline(always)]
     fn boxed(&self, (i, j): (u32, u32), margin: f64) -> Boxed<'a, S> {
         let (i, j) = (i as usize, j as usize);
-        Boxed { boxes: [&self.columns.bounds[i], &self.columns.bounds[j]], margin }
+        let Columns { bounds, movers, halts, .. } = self.columns;
+        let (boxes, movers) = ([&bounds[i], &bounds[j]], [&movers[i], &movers[j]]);
+        Boxed { boxes, movers, halts: [halts[i], halts[j]], margin }
     }
 
     /// Whether four pairs are near enough whatever their speed, some points of whose surfaces are that far apart \[m\]: margins of boxes
@@ -111,14 +114,34 @@ impl<'a, S: Geometry> Meeting<'a, S> {
         if !self.soft {
             return overlap;
         }
-        let within = within(by_size, closing, own, self.dt);
+        let within = self.within(by_size, closing, (boxed, own));
         overlap & !within.less(apart + own)
+    }
+
+    /// Up to which gaps contacts of four pairs are looked for \[m\], whose boxes' margins are `own` \[m\]: how far they can come towards
+    /// each other as they move, or where one of each is halted.
+    #[inline(always)]
+    fn within<L: Lanes>(
+        &self,
+        by_size: Quartet<'_, [&'a Mover<S>; 2], L>,
+        closing: L::Four,
+        (boxed, own): (Quartet<'_, Boxed<'a, S>, L>, L::Four),
+    ) -> L::Four {
+        let mut farthest = approach(by_size, closing, self.dt);
+        if self.columns.somebody_halts {
+            let halted = boxed.read(|pair| pair.halted(self.dt));
+            farthest = farthest.if_less(halted, halted, farthest);
+        }
+        farthest.if_less(own, farthest, own)
     }
 }
 
-/// A pair's boxes, and the margins of both \[m\].
+/// A pair with its boxes, and the margins of both \[m\].
 struct Boxed<'a, S: Geometry> {
     boxes: [&'a Aabb<S>; 2],
+    movers: [&'a Mover<S>; 2],
+    /// When each of them is halted \[s\].
+    halts: [f64; 2],
     margin: f64,
 }
 
@@ -128,6 +151,57 @@ impl<S: Geometry> Boxed<'_, S> {
     fn apart(&self) -> f64 {
         self.boxes[0].apart(self.boxes[1])
     }
+    /// How far one of them still goes in a step of length `dt` when the other is halted, if that takes it to where the other was
+    /// \[m\]; else 0.
+    #[inline(always)]
+    fn halted(&self, dt: f64) -> f64 {
+        let left = [dt - self.halts[0], dt - self.halts[1]];
+        // hardly anything is halted
+        if left[0].max(left[1]) <= 0.0 {
+            return 0.0;
+        }
+        self.way_to(0, left[0]).max(self.way_to(1, left[1]))
+    }
+    /// The way of the other one of them to where one was, and as far as it goes in the time that is left \[m\]; 0 where it does not come
+    /// there.
+    #[inline(always)]
+    fn way_to(&self, one: usize, left: f64) -> f64 {
+        if left <= 0.0 {
+            return 0.0;
+        }
+        let (own, there, way) =
+            (self.boxes[1 - one], self.boxes[one], self.movers[1 - one].twist.linear * left);
+        for k in 0..S::DIM {
+            let (gap, way) = ahead(own, there, way, k);
+            let gap = gap + self.margin;
+            if gap > 0.0 && way <= gap {
+                return 0.0;
+            }
+        }
+        way.norm()
+    }
+}
+
+/// How far a box is from another one along an axis \[m\], and how much of a way or a velocity leads there.
+#[inline(always)]
+fn ahead<S: Geometry>(from: &Aabb<S>, to: &Aabb<S>, way: S::Vector, k: usize) -> (f64, f64) {
+    let (above, below) = (to.min[k] - from.max[k], from.min[k] - to.max[k]);
+    if above > below { (above, way[k]) } else { (below, -way[k]) }
+}
+
+/// When a box that moves with a velocity meets another one along all axes, both without their margins \[m\]; infinite where it does
+/// not \[s\]. Each axis is asked by itself: what leaves along one before it comes along the other is thought to meet.
+#[inline(always)]
+pub(crate) fn time_to<S: Geometry>(from: &Aabb<S>, to: &Aabb<S>, velocity: S::Vector, margin: f64) -> f64 {
+    let mut latest = 0.0_f64;
+    for k in 0..S::DIM {
+        let (gap, speed) = ahead(from, to, velocity, k);
+        let gap = gap + margin;
+        if gap > 0.0 {
+            latest = latest.max(if speed > 0.0 { gap / speed } else { f64::INFINITY });
+        }
+    }
+    latest
 }
 
 /// Asks a chunk of pairs: first one by one who may meet at all and has more than the least margin, then those side by side.
@@ -168,7 +242,7 @@ impl<S: Geometry> Job for Asking<'_, '_, S> {
             );
             let (boxed, by_size) = (Quartet(lanes, &boxed), Quartet(lanes, &by_size));
             let own = boxed.read(|pair| pair.margin);
-            let within = within(by_size, closing(by_size), own, meeting.dt);
+            let within = meeting.within(by_size, closing(by_size), (boxed, own));
             // -1 where boxes are farther than that without their margins
             let gap = boxed.read(Boxed::apart) + own;
             let told = within.if_less(gap, own.like(-1.0), within).store();
@@ -179,25 +253,13 @@ impl<S: Geometry> Job for Asking<'_, '_, S> {
     }
 }
 
-/// Up to which gaps contacts of four pairs are looked for \[m\], whose boxes' margins are `own` \[m\].
-#[inline(always)]
-fn within<S: Geometry, L: Lanes>(
-    by_size: Quartet<'_, [&Mover<S>; 2], L>,
-    closing: L::Four,
-    own: L::Four,
-    dt: f64,
-) -> L::Four {
-    let approach = approach(by_size, closing, dt);
-    approach.if_less(own, approach, own)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::abreast::One;
     use crate::{BodySpec, PlanarShape, Settings, SpatialShape, World};
     use carom_math::lanes::Portable;
-    use carom_math::{Column, Planar, Spatial};
+    use carom_math::{Planar, Spatial};
 
     /// Blocks of some sizes beside and on each other, some of them fast, one fixed and one that meets nobody.
     fn blocks<S: Geometry>(block: fn(f64) -> S::Shape) -> World<S> {
@@ -220,6 +282,15 @@ mod tests {
         world
     }
 
+    /// The length of a way if the boxes without their margins, one of them moved along each axis by itself, overlap along all.
+    fn comes_to<S: Geometry>((a, grown): (Aabb<S>, f64), (b, other): (Aabb<S>, f64), way: S::Vector) -> f64 {
+        let along = |k: usize| {
+            let (low, high) = (a.min[k] + grown + way[k].min(0.0), a.max[k] - grown + way[k].max(0.0));
+            low <= b.max[k] - other && high >= b.min[k] + other
+        };
+        if (0..S::DIM).all(along) { way.norm() } else { 0.0 }
+    }
+
     fn are_asked_alike<S: Geometry>(block: fn(f64) -> S::Shape) {
         let world = blocks::<S>(block);
         let (bodies, dt) = (world.bodies(), 0.01);
@@ -228,8 +299,10 @@ mod tests {
         columns.make_room(bodies.data.iter().enumerate().map(|(i, d)| Mover::of(d, i, 0)));
         let colliders: Vec<S::Collider> = bodies.data.iter().filter_map(|d| d.collider.clone()).collect();
         columns.place_all(&colliders, &ahead);
+        columns.somebody_halts = columns.halts.contains(&0.0);
         let pairs: Vec<(u32, u32)> = (0..60).flat_map(|i| (i + 1..60).map(move |j| (i, j))).collect();
         for soft in [true, false] {
+            let farther = std::cell::Cell::new(0);
             let meeting = Meeting { columns: &columns, joints: &bodies.joints, soft, dt };
             let alone = |&(i, j): &(u32, u32)| {
                 let (i, j) = (i as usize, j as usize);
@@ -237,7 +310,14 @@ mod tests {
                 let own = columns.margins[i] + columns.margins[j];
                 let by_size = couple.by_size();
                 let approach = approach(One(&by_size), closing(One(&by_size)), dt);
-                let within = if soft { own.min(approach) } else { own };
+                let of = |k: usize| (columns.bounds[k], columns.margins[k]);
+                let way = |behind: usize, ahead: usize| {
+                    let way = columns.movers[behind].twist.linear * dt;
+                    if columns.halts[ahead] == 0.0 { comes_to(of(behind), of(ahead), way) } else { 0.0 }
+                };
+                let halted = way(i, j).max(way(j, i));
+                farther.set(farther.get() + usize::from(approach < halted.min(own)));
+                let within = if soft { own.min(approach.max(halted)) } else { own };
                 let near = boxes[0].overlaps(boxes[1]) && boxes[0].apart(boxes[1]) + own <= within;
                 if near && couple.may_meet() { within } else { -1.0 }
             };
@@ -266,6 +346,8 @@ mod tests {
             }
             assert!(met.len() > 50 && met.len() < pairs.len() / 2, "{} of {}", met.len(), pairs.len());
             assert!((narrower > 20) == soft, "{narrower}");
+            assert!(columns.somebody_halts == (S::DIM == 3), "in the plane nobody is asked");
+            assert!((farther.get() > 0) == columns.somebody_halts, "nobody flies behind another one");
             let mut kept = pairs.clone();
             meeting.sift(&mut kept);
             assert_eq!(kept, met);

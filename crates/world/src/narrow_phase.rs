@@ -4,6 +4,7 @@
 use crate::ahead::{Ahead, Couple, Mover};
 use crate::bodies::Bodies;
 use crate::columns::{CHUNK, Columns};
+use crate::halting::Halting;
 use crate::lasting::Lasting;
 use crate::material::Coefficients;
 use crate::meeting::Meeting;
@@ -191,6 +192,7 @@ pub struct NarrowPhase<S: Geometry> {
     columns: Columns<S>,
     colliders: Colliders<S>,
     surfaces: Surfaces,
+    halting: Halting<S>,
     indices: Vec<usize>,
     movable: Vec<bool>,
     /// Who shares the work.
@@ -228,11 +230,13 @@ impl<S: Geometry> NarrowPhase<S> {
         let (others, asleep) = (self.moving.as_slice(), self.asleep.as_slice());
         let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
         if lasts(settings) {
+            self.columns.somebody_halts = self.columns.halts.contains(&0.0);
             let columns = &self.columns;
             let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
             let meeting = Meeting::new(columns, ahead);
             let sift = |pairs: &mut Vec<(u32, u32)>| meeting.sift(pairs);
-            return self.lasting.update(&mut self.broad, boxes, changed, &sift, &self.workers);
+            self.lasting.update(&mut self.broad, boxes, changed, &sift, &self.workers);
+            return self.halt(ahead);
         }
         let (data, indices) = (&bodies.data, &self.indices);
         let may_pair = |i: usize, j: usize| {
@@ -256,6 +260,26 @@ impl<S: Geometry> NarrowPhase<S> {
             let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
             self.broad.update_some(boxes, changed, &sift, &self.workers);
         }
+    }
+
+    /// Tells every body when it may be halted in the step ahead, where its scheme looks that far.
+    fn halt(&mut self, ahead: &Ahead<S>) {
+        let mut halting = std::mem::take(&mut self.halting);
+        let meeting = self.meeting(ahead);
+        if meeting.soft {
+            let (pairs, remembered) = self.lasting.pairs();
+            let look = |place: usize, margin: f64, points: &mut Vec<ContactPoint<S>>| {
+                let (i, j) = pairs[place];
+                let asked = [Asked { i, j, place, margin }];
+                let (meeting, colliders) = (&meeting, self.colliders.0.as_slice());
+                Nears { asked: &asked, meeting, colliders, remembered }.near(0).contacts(points);
+            };
+            if let Some((somebody_halts, times)) = halting.find(&meeting, pairs, look) {
+                self.columns.halts.copy_from_slice(times);
+                self.columns.somebody_halts = somebody_halts;
+            }
+        }
+        self.halting = halting;
     }
 
     /// Hands the pairs that were found for this step to a finder, as [`NarrowPhase::search`] does.
