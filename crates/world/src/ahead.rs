@@ -14,7 +14,7 @@ use carom_solver::Twist;
 
 /// Share of a body's size that it flies in a step for it to matter when it is halted, in the plane and in space: what flies behind it
 /// stands in it by no more than that where nobody looked. In the plane it never matters: that all contacts of what falls are looked for
-/// takes a drum's fall a third longer there, and in space no longer (ADR 13).
+/// takes a drum's fall a third longer there, and in space hardly (ADR 13).
 pub(crate) const SWIFT: [f64; 2] = [f64::INFINITY, 0.3];
 
 /// The step ahead.
