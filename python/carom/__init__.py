@@ -32,6 +32,7 @@ from carom._report import (
     StageReport,
     StepReport,
 )
+from carom._threaded import StepTimes
 from carom.errors import (
     BuildError,
     BusyError,
@@ -154,6 +155,7 @@ __all__ = [
     "StageReport",
     "StepError",
     "StepReport",
+    "StepTimes",
     "ViewError",
     "advise",
     "build_scene",

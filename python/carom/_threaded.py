@@ -1,16 +1,39 @@
-"""The threads of a world."""
+"""The threads of a world, and the time that its steps take."""
 
 from __future__ import annotations
 
 import operator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from carom._adding import attributed
 from carom.errors import refused
 
 
+class StepTimes(NamedTuple):
+    """Where the time of a step went, by the machine's clock.
+
+    Attributes
+    ----------
+    pairs : which bodies are near each other: boxes and the broad phase [s]
+    contacts : their contacts: the narrow phase [s]
+    solve : the scheme's other work: loads, solves, motion [s]; all of ``scheme="events"``, which looks for
+        contacts in between
+    rest : what comes before and after: checks, the ledger, sleep, the report [s]
+    """
+
+    pairs: float
+    contacts: float
+    solve: float
+    rest: float
+
+    @property
+    def whole(self) -> float:
+        """The whole step [s]."""
+        return sum(self)
+
+
 class Threaded:
-    """The part of a world that says who works."""
+    """The part of a world that says who works, and how long."""
 
     __slots__ = ()
     if TYPE_CHECKING:
@@ -45,3 +68,12 @@ class Threaded:
             raise refused(None, "threads", "must be a whole number from 1 to 256", value, remedy)
         with attributed({"threads": value}):
             self._native.set_threads(count)
+
+    @property
+    def step_times(self) -> StepTimes:
+        """Where the time of the last step went [s]; zeros before the first.
+
+        Wall-clock time, with all threads that took part, without what Python takes to ask for the step. It is
+        no part of a report, a snapshot or a run: two runs of one scene have the same bits and other times.
+        """
+        return StepTimes(*self._native.step_times())

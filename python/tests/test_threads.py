@@ -129,6 +129,21 @@ def test_a_number_of_threads_that_cannot_be_is_refused(face: Any, bad: Any) -> N
         face.world(threads=bad)
 
 
+@both
+@pytest.mark.parametrize("scheme", ["soft_step", "fixed_step", "events"])
+def test_a_step_tells_where_its_time_went(face: Any, scheme: str) -> None:
+    w = wall(face, scheme=scheme)
+    assert w.step_times == (0.0, 0.0, 0.0, 0.0)
+    begun = time.perf_counter()
+    w.step()
+    told, taken = w.step_times, time.perf_counter() - begun
+    assert min(told) >= 0.0
+    assert told.solve > 0.0
+    assert told.whole == told.pairs + told.contacts + told.solve + told.rest
+    assert told.whole <= taken
+    assert scheme == "events" or min(told.pairs, told.contacts) > 0.0
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
 def test_a_forked_process_steps_without_the_threads_it_has_not() -> None:
     w = wall(PLANE, scheme="soft_step", threads=2)

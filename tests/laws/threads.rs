@@ -3,8 +3,8 @@
 
 use crate::harness::*;
 use carom::{
-    BodySpec, ForceField, Geometry, Motion, OnInaccurate, Scheme, Settings, SoftSettings, SolverKind, World,
-    Wrench,
+    BodySpec, ForceField, Geometry, Motion, OnInaccurate, Scheme, Settings, SoftSettings, SolverKind,
+    StepTimes, World, Wrench,
 };
 
 in_plane_and_space!(
@@ -15,6 +15,7 @@ in_plane_and_space!(
     a_step_that_fails_leaves_the_world_as_it_was_on_any_number_of_threads,
     threads_are_no_part_of_snapshots,
     numbers_of_threads_that_cannot_be_are_refused_by_name,
+    the_times_of_a_step_are_parts_of_it,
 );
 
 /// A heap of blocks and balls that falls in on itself, beside a wall of blocks that stands; a wall that is driven.
@@ -205,5 +206,33 @@ pub fn numbers_of_threads_that_cannot_be_are_refused_by_name<S: Dimension>() {
             "{text}"
         );
         assert_eq!(w.threads(), 3);
+    }
+}
+
+/// The parts of a step's time are no less than nothing and no more than the call took; a step that fails leaves those of the
+/// step before.
+pub fn the_times_of_a_step_are_parts_of_it<S: Dimension>() {
+    for (scheme, bodies) in [(Scheme::SoftStep, 300), (Scheme::FixedStep, 100), (Scheme::Events, 30)] {
+        let mut w = heap::<S>(scheme, bodies);
+        assert_eq!(w.step_times(), StepTimes::default());
+        for k in 0..4 {
+            let begun = std::time::Instant::now();
+            step(&mut w);
+            let (all, told) = (begun.elapsed().as_secs_f64(), w.step_times());
+            let StepTimes { pairs, contacts, solve, rest } = told;
+            assert!(told.whole() <= all, "{scheme:?}, step {k}: {told:?} of {all} s");
+            assert!(
+                pairs >= 0.0 && contacts >= 0.0 && rest >= 0.0 && solve > 0.0,
+                "{scheme:?}, step {k}: {told:?}"
+            );
+            assert!(
+                scheme == Scheme::Events || (pairs > 0.0 && contacts > 0.0),
+                "{scheme:?}, step {k}: {told:?}"
+            );
+        }
+        let before = w.step_times();
+        w.apply_wrench(1, Wrench { force: S::at(f64::NAN, 0.0), torque: Default::default() });
+        assert!(w.step(w.settings().dt).is_err());
+        assert_eq!(w.step_times(), before);
     }
 }

@@ -55,6 +55,7 @@ pub struct Row {
 
 impl Rows {
     /// From corners and the normals of the edges that begin there; `None` where they are too many.
+    #[inline(always)]
     pub fn of(corners: &[Vec2], normals: &[Vec2]) -> Option<Self> {
         let count = corners.len();
         if count > MOST {

@@ -32,13 +32,13 @@ pub fn contacts(
 /// The rows that a core has, or that are made for it.
 #[inline]
 fn rows_of<'a>(core: &'a PlanarCore, made: &'a mut Option<Rows>) -> Option<&'a Rows> {
-    match core {
-        PlanarCore::Polygon(_) => core.rows(),
-        _ => {
-            *made = Rows::of(core.corners(), core.normals());
-            made.as_ref()
-        }
-    }
+    // of arrays, whose lengths are known here, rows are made without a loop
+    *made = match core {
+        PlanarCore::Polygon(_) => return core.rows(),
+        PlanarCore::Point(corner) => Rows::of(corner, &[]),
+        PlanarCore::Segment(corners, normals) => Rows::of(corners, normals),
+    };
+    made.as_ref()
 }
 
 /// Two rings, what they are of, and where to tell of their contacts.

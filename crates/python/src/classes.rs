@@ -53,6 +53,10 @@ macro_rules! stamp {
             fn set_threads(&self, py: Python<'_>, threads: usize) -> PyResult<()> {
                 self.core.loan(py)?.world.set_threads(threads).map_err(|e| errors::build(py, &e))
             }
+            fn step_times(&self, py: Python<'_>) -> PyResult<(f64, f64, f64, f64)> {
+                let times = self.core.loan(py)?.world.step_times();
+                Ok((times.pairs, times.contacts, times.solve, times.rest))
+            }
             fn set_pair(&self, py: Python<'_>, one: &str, other: &str, json: Option<&str>) -> PyResult<()> {
                 settings::set_pair(py, &mut self.core.loan(py)?.world, (one, other), json)
             }

@@ -46,4 +46,5 @@ pub use problem::{
 };
 pub use residual::{Entry, Residual, contact_residuals, residual};
 pub use resistance::Resistance;
+pub use stopwatch::Stopwatch;
 pub use watch::{Progress, Watch, unwatched};

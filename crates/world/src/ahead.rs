@@ -84,7 +84,7 @@ pub struct Mover<S: Space> {
     /// The least that its surface is thought to come in a step \[m\]; 0 for what impulses do not move.
     pub least: f64,
     /// What gravity and loads do to its surface \[m/s^2\]: rates, for it may sleep through steps of other lengths.
-    falls: f64,
+    pub falls: f64,
     /// What loads alone do \[m/s^2\].
     pub pull: f64,
     /// The shape's frame from the centre of mass, backwards \[m\].
@@ -137,6 +137,12 @@ impl<S: Geometry> Mover<S> {
         let least = if ahead.settings.scheme == Scheme::SoftStep { AGAIN } else { 5e-4 };
         self.least = if self.is_dynamic { least * self.extent } else { 0.0 };
         self.falls = if self.is_dynamic { ahead.gravity + self.pull } else { self.pull };
+    }
+
+    /// Whether all of some bodies want to collide with each other by their groups, as far as that is told by what all have in common.
+    pub fn all_collide(some: &[Self]) -> bool {
+        let (groups, with) = some.iter().fold((!0, !0), |all, m| (all.0 & m.groups, all.1 & m.collides_with));
+        groups & with != 0
     }
 
     /// Whether a speed \[m/s\] takes it so far in a step that it matters when it is halted.
@@ -221,14 +227,6 @@ impl<S: Space> Couple<'_, S> {
     }
 }
 
-impl<S: Space> Couple<'_, S> {
-    /// The least margin that a pair has \[m\].
-    #[inline(always)]
-    pub fn least_margin(&self) -> f64 {
-        self.a.least + self.b.least
-    }
-}
-
 impl<'a, S: Space> Couple<'a, S> {
     /// The smaller one, and the larger one.
     #[inline]
@@ -237,22 +235,33 @@ impl<'a, S: Space> Couple<'a, S> {
     }
 }
 
-/// How fast surfaces of pairs can come towards each other, as they move now \[m/s\]: |v + w x r| + |dw| arm of
-/// `approach`. Of each its smaller body and its larger one are asked for.
+/// How fast surfaces of pairs can come towards each other, as they move now \[m/s\]. Of each its smaller body and its larger one are
+/// asked for.
 #[inline(always)]
 pub fn closing<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P) -> P::Number {
-    let (place, velocity, spin) = motion::<S, P>(pairs, 0);
-    let (place_of_larger, velocity_of_larger, spin_of_larger) = motion::<S, P>(pairs, 1);
-    let swing = S::wide_swing(&spin_of_larger, &minus(&place, &place_of_larger));
-    let passing = minus(&velocity, &plus(&velocity_of_larger, &swing));
-    let turning = minus(&spin, &spin_of_larger);
-    inner(&passing, &passing).root() + inner(&turning, &turning).root() * pairs.read(|pair| pair[0].arm)
+    Moving::closing(&motion(pairs, 0), &motion(pairs, 1), pairs.read(|pair| pair[0].arm))
 }
 
-/// The margins of pairs in a soft step of length `dt` \[m\]: how far two surfaces can come towards each other in it, at twice their speed
-/// of approach. What flies side by side hardly meets, however fast it is; in a drum that turns, what lies on its wall. Seen from the
-/// larger body every point of the smaller one moves at |v + w x r| + |dw| arm, with the velocities v and spins w of the larger one
-/// and dw of both against each other. What a hit of this step does to others is the meeting's matter.
+/// How bodies move, in numbers of a kind.
+#[derive(Clone, Copy)]
+pub(crate) struct Moving<S: Wide, R: Number> {
+    pub place: S::Vectors<R>,
+    pub velocity: S::Vectors<R>,
+    pub spin: S::Spins<R>,
+}
+
+impl<S: Wide, R: Precise> Moving<S, R> {
+    /// How fast surfaces of smaller bodies and larger ones can come towards each other \[m/s\]: |v + w x r| + |dw| arm of [`within`].
+    #[inline(always)]
+    pub fn closing(small: &Self, large: &Self, arm: R) -> R {
+        let swing = S::wide_swing(&large.spin, &minus(&small.place, &large.place));
+        let passing = minus(&small.velocity, &plus(&large.velocity, &swing));
+        let turning = minus(&small.spin, &large.spin);
+        inner(&passing, &passing).root() + inner(&turning, &turning).root() * arm
+    }
+}
+
+/// The margins of pairs in a soft step of length `dt` \[m\], as [`within`] has them.
 #[inline(always)]
 pub(crate) fn approach<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(
     pairs: P,
@@ -261,19 +270,26 @@ pub(crate) fn approach<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(
 ) -> P::Number {
     let falls = pairs.read(|[a, b]| (a.falls + b.falls) * dt);
     let (least, twice) = (pairs.read(|[a, b]| a.least + b.least), pairs.read(|_| 2.0 * dt));
+    within((closing, falls), least, twice)
+}
+
+/// The margins of pairs in a soft step \[m\], of two of its lengths \[s\]: how far two surfaces can come towards each other in it, at twice
+/// their speed of approach and what gravity and loads add to it \[m/s\], and no less than the least \[m\]. What flies side by side hardly
+/// meets, however fast it is; in a drum that turns, what lies on its wall. Seen from the larger body every point of the smaller one moves
+/// at |v + w x r| + |dw| arm, with the velocities v and spins w of the larger one and dw of both against each other. What a hit of
+/// this step does to others is the meeting's matter.
+#[inline(always)]
+pub(crate) fn within<R: Precise>((closing, falls): (R, R), least: R, twice: R) -> R {
     let margin = twice * (closing + falls);
     least.choose(margin, margin, least)
 }
 
-/// Places, velocities and spins in numbers of a kind.
-type Motions<S, R> = (<S as Wide>::Vectors<R>, <S as Wide>::Vectors<R>, <S as Wide>::Spins<R>);
-
-/// Places, velocities and spins of the smaller bodies of pairs, or of the larger ones.
+/// How the smaller bodies of pairs move, or the larger ones.
 #[inline(always)]
-fn motion<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P, i: usize) -> Motions<S, P::Number> {
-    (
-        pairs.several(|pair, k| pair[i].position[k]),
-        pairs.several(|pair, k| pair[i].twist.linear[k]),
-        pairs.several(|pair, k| pair[i].twist.angular[k]),
-    )
+fn motion<'a, S: Geometry, P: Abreast<[&'a Mover<S>; 2]>>(pairs: P, i: usize) -> Moving<S, P::Number> {
+    Moving {
+        place: pairs.several(|pair, k| pair[i].position[k]),
+        velocity: pairs.several(|pair, k| pair[i].twist.linear[k]),
+        spin: pairs.several(|pair, k| pair[i].twist.angular[k]),
+    }
 }

@@ -2,6 +2,7 @@
 //! and how far it goes. Workers write stretches of the columns, each its own.
 
 use crate::ahead::{Ahead, Mover};
+use crate::flight::Flight;
 use carom_geometry::{Aabb, Geometry};
 use carom_math::{Column, Pose, Rotation, Workers};
 
@@ -28,13 +29,33 @@ pub(crate) struct Columns<S: Geometry> {
     pub halts: Vec<f64>,
     /// Whether anything may be halted.
     pub somebody_halts: bool,
+    /// What pairs of them are asked of first, and whether that of all is of the step ahead: of those that move it is made where asked
+    /// for, for where nearly all stands few are.
+    pub flights: Vec<Flight>,
+    are_flights_made: bool,
+    /// Whether all of them want to collide with each other.
+    pub all_collide: bool,
 }
 
 impl<S: Geometry> Default for Columns<S> {
     fn default() -> Self {
         let (movers, poses, bounds, margins) = Default::default();
-        let (ways, own, speeds, halts) = Default::default();
-        Columns { movers, poses, bounds, margins, ways, own, speeds, halts, somebody_halts: false }
+        let (ways, own, speeds, halts, flights) = Default::default();
+        let (somebody_halts, are_flights_made, all_collide) = (false, false, true);
+        Columns {
+            movers,
+            poses,
+            bounds,
+            margins,
+            ways,
+            own,
+            speeds,
+            halts,
+            somebody_halts,
+            flights,
+            are_flights_made,
+            all_collide,
+        }
     }
 }
 
@@ -52,20 +73,71 @@ impl<S: Geometry> Columns<S> {
         }
         self.halts.clear();
         self.halts.resize(count, f64::INFINITY);
+        self.flights.resize(count, Flight::default());
+        self.all_collide = Mover::all_collide(&self.movers);
     }
 
     /// Takes in where all of them are.
     pub fn place_all(&mut self, colliders: &[S::Collider], ahead: &Ahead<S>) {
         let count = self.movers.len();
         let mut all = self.stretch();
-        (0..count).for_each(|k| all.place(k, colliders, ahead));
+        for k in 0..count {
+            all.place(k, colliders, ahead);
+            all.make_flight(k);
+        }
+        self.are_flights_made = true;
     }
 
-    /// The same of some, ascending.
-    pub fn place(&mut self, some: &[u32], colliders: &[S::Collider], ahead: &Ahead<S>, workers: &Workers) {
+    /// The same of some that rest, ascending.
+    pub fn place_resting(
+        &mut self,
+        some: &[u32],
+        colliders: &[S::Collider],
+        ahead: &Ahead<S>,
+        workers: &Workers,
+    ) {
+        self.each(some, workers, |stretch, k| {
+            stretch.place(k, colliders, ahead);
+            stretch.make_flight(k);
+        });
+    }
+
+    /// The same of some that move, ascending; their flights are made on request.
+    pub fn place(
+        &mut self,
+        (some, with_flights): (&[u32], bool),
+        colliders: &[S::Collider],
+        ahead: &Ahead<S>,
+        workers: &Workers,
+    ) {
+        if with_flights {
+            self.place_resting(some, colliders, ahead, workers);
+        } else {
+            self.each(some, workers, |stretch, k| stretch.place(k, colliders, ahead));
+        }
+        self.are_flights_made = with_flights;
+    }
+
+    /// Makes the flights of those that move, ascending, unless they are made.
+    pub fn make_flights(&mut self, moving: &[u32], workers: &Workers) {
+        if !std::mem::replace(&mut self.are_flights_made, true) {
+            self.each(moving, workers, |stretch, k| stretch.make_flight(k));
+        }
+    }
+
+    /// Makes those of some pairs' bodies, unless they are made.
+    pub fn make_flights_of(&mut self, pairs: impl Iterator<Item = (u32, u32)>) {
+        if !self.are_flights_made {
+            let mut all = self.stretch();
+            pairs.flat_map(|(i, j)| [i, j]).for_each(|k| all.make_flight(k as usize));
+        }
+    }
+
+    /// Does something with some bodies, ascending.
+    fn each(&mut self, some: &[u32], workers: &Workers, of: impl Fn(&mut Stretch<'_, S>, usize) + Sync) {
         let mut rest = self.stretch();
         if workers.is_alone() || some.len() <= FEW {
-            return some.iter().for_each(|k| rest.place(*k as usize, colliders, ahead));
+            return some.iter().for_each(|k| of(&mut rest, *k as usize));
         }
         let mut parts = Vec::with_capacity(some.len().div_ceil(CHUNK));
         for own in some.chunks(CHUNK) {
@@ -73,14 +145,12 @@ impl<S: Geometry> Columns<S> {
             (stretch, rest) = rest.split_behind(own[own.len() - 1] as usize);
             parts.push((stretch, own));
         }
-        workers.share(parts, |(stretch, own)| {
-            own.iter().for_each(|k| stretch.place(*k as usize, colliders, ahead));
-        });
+        workers.share(parts, |(stretch, own)| own.iter().for_each(|k| of(stretch, *k as usize)));
     }
 
     fn stretch(&mut self) -> Stretch<'_, S> {
-        let Columns { movers, poses, bounds, margins, ways, own, speeds, halts, .. } = self;
-        Stretch { first: 0, movers, poses, bounds, margins, ways, own, speeds, halts }
+        let Columns { movers, poses, bounds, margins, ways, own, speeds, halts, flights, .. } = self;
+        Stretch { first: 0, movers, poses, bounds, margins, ways, own, speeds, halts, flights }
     }
 }
 
@@ -96,6 +166,7 @@ struct Stretch<'a, S: Geometry> {
     own: &'a mut [f64],
     speeds: &'a mut [f64],
     halts: &'a mut [f64],
+    flights: &'a mut [Flight],
 }
 
 impl<S: Geometry> Stretch<'_, S> {
@@ -106,20 +177,32 @@ impl<S: Geometry> Stretch<'_, S> {
         let (bounds, margins) = (self.bounds.split_at_mut(count), self.margins.split_at_mut(count));
         let (ways, own) = (self.ways.split_at_mut(count), self.own.split_at_mut(count));
         let (speeds, halts) = (self.speeds.split_at_mut(count), self.halts.split_at_mut(count));
-        let part = |first, movers, poses, bounds, margins, ways, own, speeds, halts| Stretch {
-            first,
-            movers,
-            poses,
-            bounds,
-            margins,
-            ways,
-            own,
-            speeds,
-            halts,
-        };
+        let flights = self.flights.split_at_mut(count);
         (
-            part(self.first, movers.0, poses.0, bounds.0, margins.0, ways.0, own.0, speeds.0, halts.0),
-            part(last + 1, movers.1, poses.1, bounds.1, margins.1, ways.1, own.1, speeds.1, halts.1),
+            Stretch {
+                first: self.first,
+                movers: movers.0,
+                poses: poses.0,
+                bounds: bounds.0,
+                margins: margins.0,
+                ways: ways.0,
+                own: own.0,
+                speeds: speeds.0,
+                halts: halts.0,
+                flights: flights.0,
+            },
+            Stretch {
+                first: last + 1,
+                movers: movers.1,
+                poses: poses.1,
+                bounds: bounds.1,
+                margins: margins.1,
+                ways: ways.1,
+                own: own.1,
+                speeds: speeds.1,
+                halts: halts.1,
+                flights: flights.1,
+            },
         )
     }
 
@@ -137,6 +220,13 @@ impl<S: Geometry> Stretch<'_, S> {
         let is_swift = mover.is_swift(mover.twist.linear.norm(), ahead.dt);
         self.halts[k] = if is_swift { 0.0 } else { f64::INFINITY };
         self.poses[k] = pose;
+    }
+
+    /// What pairs of a body that is placed are asked of first.
+    #[inline(always)]
+    fn make_flight(&mut self, k: usize) {
+        let k = k - self.first;
+        self.flights[k] = Flight::of(&self.bounds[k], self.margins[k], &self.movers[k]);
     }
 }
 

@@ -26,16 +26,25 @@ pub(crate) struct Lasting<S: Space> {
     lasted: u32,
     /// Searches to come that give no room.
     pause: u32,
-    /// Counts the lists of pairs, and whether the last update left the list as it was.
+    /// Counts the lists of pairs, and whether the last step left the list as it was.
     number: u64,
     stood: bool,
 }
 
 impl<S: Space> Lasting<S> {
+    /// Whether the pairs of the last search stand for a step more; else they are to be searched for.
+    pub fn stand(&mut self, bounds: &[Aabb<S>], changed: &Changed<'_>) -> bool {
+        let stand = self.are_within(bounds, changed);
+        if stand {
+            (self.lasted, self.stood) = (self.lasted + 1, true);
+        }
+        stand
+    }
+
     /// All pairs of boxes that overlap or touch, one of them movable, and perhaps some that do not, in lexicographic order. Who may
     /// pair is asked by the caller at every step, for it may change while boxes stand; pairs that are not to last are only those
     /// that `sift` keeps.
-    pub fn update(
+    pub fn search(
         &mut self,
         broad: &mut BroadPhase<S>,
         (bounds, movable): (&[Aabb<S>], &[bool]),
@@ -43,10 +52,6 @@ impl<S: Space> Lasting<S> {
         sift: Sift<'_>,
         workers: &Workers,
     ) {
-        if self.stand(bounds, &changed) {
-            (self.lasted, self.stood) = (self.lasted + 1, true);
-            return;
-        }
         if !self.boxes.is_empty() && self.lasted < SOME && self.pause == 0 {
             self.pause = PAUSE;
         }
@@ -86,13 +91,13 @@ impl<S: Space> Lasting<S> {
         self.number
     }
 
-    /// Whether the last update left the list as it was.
+    /// Whether the last step left the list as it was.
     pub fn stood(&self) -> bool {
         self.stood
     }
 
     /// Whether everybody is in the box that it was looked for in.
-    fn stand(&self, bounds: &[Aabb<S>], changed: &Changed<'_>) -> bool {
+    fn are_within(&self, bounds: &[Aabb<S>], changed: &Changed<'_>) -> bool {
         let within = |k: &u32| self.boxes[*k as usize].contains(&bounds[*k as usize]);
         changed.stands_as_before
             && changed.sleeps_as_before
@@ -157,7 +162,9 @@ mod tests {
             let may = |i: usize, j: usize| !(i + j).is_multiple_of(3);
             let sift = |pairs: &mut Vec<(u32, u32)>| pairs.retain(|p| may(p.0 as usize, p.1 as usize));
             let (number, old) = (lasting.number(), lasting.pairs().0.to_vec());
-            lasting.update(&mut broad, (&bounds, &movable), changed, &sift, &Workers::default());
+            if !lasting.stand(&bounds, &changed) {
+                lasting.search(&mut broad, (&bounds, &movable), changed, &sift, &Workers::default());
+            }
             let found = lasting.pairs().0;
             assert_eq!(number == lasting.number(), old == found && !found.is_empty());
             let met = |i: u32, j: u32| bounds[i as usize].overlaps(&bounds[j as usize]);

@@ -11,6 +11,7 @@ pub mod body;
 mod columns;
 pub mod correction;
 pub mod error;
+mod flight;
 pub mod force;
 pub mod gradient;
 mod halting;
@@ -59,6 +60,7 @@ pub use observe::explain::{Explanation, Finding, Topic};
 pub use observe::groups::{GroupReport, LedgerGroup};
 pub use observe::ledger::Ledger;
 pub use observe::report::{Events, ImpactReport, SolveReport, StepReport};
+pub use observe::step_times::StepTimes;
 pub use settings::{
     EnergyGuard, EventSettings, ImpactLaw, OnInaccurate, PlasticArrivals, PositionCorrection, Scheme,
     Settings, SoftSettings,

@@ -2,8 +2,9 @@
 //! surfaces can come towards each other. Pairs are asked four at a time.
 
 use crate::abreast::{Abreast, Quartet};
-use crate::ahead::{Ahead, Couple, Mover, approach, closing};
+use crate::ahead::{Ahead, Couple, Mover, approach, within};
 use crate::columns::{CHUNK, Columns};
+use crate::flight::Flights;
 use crate::joint::Joints;
 use crate::settings::Scheme;
 use carom_geometry::{Aabb, Geometry};
@@ -40,7 +41,7 @@ impl<'a, S: Geometry> Meeting<'a, S> {
         Couple { a: &self.columns.movers[i], b: &self.columns.movers[j] }
     }
 
-    /// What a chunk of pairs is looked at up to.
+    /// What a chunk of pairs is looked at up to; the flights of their bodies are made.
     pub fn margins(&self, pairs: &[(u32, u32)]) -> Margins {
         let mut margins = [-1.0; CHUNK];
         dispatch(Asking { meeting: self, pairs, margins: &mut margins });
@@ -66,10 +67,16 @@ impl<'a, S: Geometry> Meeting<'a, S> {
     pub fn may(&self, (i, j): (u32, u32)) -> Option<f64> {
         let (i, j) = (i as usize, j as usize);
         let Columns { bounds, margins, .. } = self.columns;
-        let couple = self.couple(i, j);
-        let (a, b) = couple.indices();
-        let may = bounds[i].overlaps(&bounds[j]) && couple.may_meet() && !self.joints.keeps_apart(a, b);
+        let may = bounds[i].overlaps(&bounds[j]) && self.may_collide((i as u32, j as u32));
         may.then(|| margins[i] + margins[j])
+    }
+
+    /// Whether a pair, one of which can move, wants to collide, and no joint keeps it from that.
+    #[inline(always)]
+    fn may_collide(&self, (i, j): (u32, u32)) -> bool {
+        let couple = self.couple(i as usize, j as usize);
+        let (a, b) = couple.indices();
+        couple.may_meet() && !self.joints.keeps_apart(a, b)
     }
 
     #[inline(always)]
@@ -114,25 +121,9 @@ impl<'a, S: Geometry> Meeting<'a, S> {
         if !self.soft {
             return overlap;
         }
-        let within = self.within(by_size, closing, (boxed, own));
+        let halted = || boxed.read(|pair| pair.halted(self.dt));
+        let within = self.no_more(own, approach(by_size, closing, self.dt), halted);
         overlap & !within.less(apart + own)
-    }
-
-    /// Up to which gaps contacts of four pairs are looked for \[m\], whose boxes' margins are `own` \[m\]: how far they can come towards
-    /// each other as they move, or where one of each is halted.
-    #[inline(always)]
-    fn within<L: Lanes>(
-        &self,
-        by_size: Quartet<'_, [&'a Mover<S>; 2], L>,
-        closing: L::Four,
-        (boxed, own): (Quartet<'_, Boxed<'a, S>, L>, L::Four),
-    ) -> L::Four {
-        let mut farthest = approach(by_size, closing, self.dt);
-        if self.columns.somebody_halts {
-            let halted = boxed.read(|pair| pair.halted(self.dt));
-            farthest = farthest.if_less(halted, halted, farthest);
-        }
-        farthest.if_less(own, farthest, own)
     }
 }
 
@@ -204,7 +195,7 @@ pub(crate) fn time_to<S: Geometry>(from: &Aabb<S>, to: &Aabb<S>, velocity: S::Ve
     latest
 }
 
-/// Asks a chunk of pairs: first one by one who may meet at all and has more than the least margin, then those side by side.
+/// Asks a chunk of pairs, four at a time.
 struct Asking<'a, 'b, S: Geometry> {
     meeting: &'a Meeting<'b, S>,
     pairs: &'a [(u32, u32)],
@@ -216,40 +207,55 @@ impl<S: Geometry> Job for Asking<'_, '_, S> {
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
         let Asking { meeting, pairs, margins } = self;
-        let (mut fast, mut count) = ([0_u8; CHUNK], 0);
-        for (k, pair) in pairs.iter().enumerate() {
-            let Some(margin) = meeting.may(*pair) else { continue };
-            margins[k] = margin;
-            if meeting.soft && margin > meeting.couple(pair.0 as usize, pair.1 as usize).least_margin() {
-                fast[count] = k as u8;
-                count += 1;
-            }
-        }
-        for some in fast[..count].chunks(AT_ONCE) {
+        let all_may = meeting.columns.all_collide && meeting.joints.keep_nobody_apart();
+        for (some, margins) in pairs.chunks(AT_ONCE).zip(margins.chunks_mut(AT_ONCE)) {
             // where fewer than four are left the last is asked several times
-            let at = |k: usize| usize::from(some[k.min(some.len() - 1)]);
-            let places = [at(0), at(1), at(2), at(3)];
-            let [p, q, r, t] = places;
-            let by_size = |(i, j): (u32, u32)| meeting.couple(i as usize, j as usize).by_size();
-            let (boxed, by_size) = (
-                [
-                    meeting.boxed(pairs[p], margins[p]),
-                    meeting.boxed(pairs[q], margins[q]),
-                    meeting.boxed(pairs[r], margins[r]),
-                    meeting.boxed(pairs[t], margins[t]),
-                ],
-                [by_size(pairs[p]), by_size(pairs[q]), by_size(pairs[r]), by_size(pairs[t])],
-            );
-            let (boxed, by_size) = (Quartet(lanes, &boxed), Quartet(lanes, &by_size));
-            let own = boxed.read(|pair| pair.margin);
-            let within = meeting.within(by_size, closing(by_size), (boxed, own));
-            // -1 where boxes are farther than that without their margins
-            let gap = boxed.read(Boxed::apart) + own;
-            let told = within.if_less(gap, own.like(-1.0), within).store();
-            for (place, within) in places.iter().zip(told) {
-                margins[*place] = within;
+            let one = |k: usize| some[k.min(some.len() - 1)];
+            let told = meeting.told(lanes, [one(0), one(1), one(2), one(3)]);
+            for (k, pair) in some.iter().enumerate() {
+                let may = all_may || told[k] < 0.0 || meeting.may_collide(*pair);
+                margins[k] = if may { told[k] } else { -1.0 };
             }
         }
+    }
+}
+
+impl<S: Geometry> Meeting<'_, S> {
+    /// Up to which gaps contacts of four pairs are looked for \[m\], if they may collide; less than 0 where their boxes do not overlap by
+    /// that much.
+    #[inline(always)]
+    fn told<L: Lanes>(&self, lanes: L, pairs: [(u32, u32); AT_ONCE]) -> [f64; AT_ONCE] {
+        let flights = self.columns.flights.as_slice();
+        let (a, b) = (
+            Flights::<S, L::Four>::of(lanes, pairs.map(|pair| &flights[pair.0 as usize])),
+            Flights::<S, L::Four>::of(lanes, pairs.map(|pair| &flights[pair.1 as usize])),
+        );
+        let (own, apart) = (a.margin + b.margin, a.apart(&b));
+        let (zero, none) = (own.like(0.0), own.like(-1.0));
+        let mut told = own;
+        if self.soft {
+            let falls = (a.falls + b.falls) * own.like(self.dt);
+            let approach = within((a.closing(&b), falls), a.least + b.least, own.like(2.0 * self.dt));
+            let halted = || {
+                let own = own.store();
+                lanes.four(&[0, 1, 2, 3].map(|k: usize| self.boxed(pairs[k], own[k]).halted(self.dt)))
+            };
+            let within = self.no_more(own, approach, halted);
+            told = within.if_less(apart + own, none, within);
+        }
+        zero.if_less(apart, none, told).store()
+    }
+
+    /// How far pairs are looked at \[m\] whose boxes' margins are `own` \[m\]: how far they can come towards each other as they move, or
+    /// where one of each is halted.
+    #[inline(always)]
+    fn no_more<F: Four>(&self, own: F, approach: F, halted: impl FnOnce() -> F) -> F {
+        let mut farthest = approach;
+        if self.columns.somebody_halts {
+            let halted = halted();
+            farthest = farthest.if_less(halted, halted, farthest);
+        }
+        farthest.if_less(own, farthest, own)
     }
 }
 
@@ -257,6 +263,7 @@ impl<S: Geometry> Job for Asking<'_, '_, S> {
 mod tests {
     use super::*;
     use crate::abreast::One;
+    use crate::ahead::closing;
     use crate::{BodySpec, PlanarShape, Settings, SpatialShape, World};
     use carom_math::lanes::Portable;
     use carom_math::{Planar, Spatial};

@@ -8,6 +8,7 @@ use crate::halting::Halting;
 use crate::lasting::Lasting;
 use crate::material::Coefficients;
 use crate::meeting::Meeting;
+use crate::observe::step_times::Laps;
 use crate::remembered::Remembered;
 use crate::settings::{Scheme, Settings};
 use carom_geometry::broad_phase::{BroadPhase, Changed};
@@ -198,6 +199,8 @@ pub struct NarrowPhase<S: Geometry> {
     /// Who shares the work.
     pub(crate) workers: Workers,
     findings: Memory<Chunk<Findings<S>>>,
+    /// Time that went into pairs since somebody took it \[s\].
+    pub(crate) pairing: f64,
 }
 
 impl<S: Geometry> NarrowPhase<S> {
@@ -225,17 +228,26 @@ impl<S: Geometry> NarrowPhase<S> {
 
     /// Finds the pairs that may touch in the step ahead.
     pub(crate) fn pair(&mut self, ahead: &Ahead<S>) {
+        let mut clock = Laps::start();
+        self.find_pairs(ahead);
+        self.pairing += clock.lap();
+    }
+
+    fn find_pairs(&mut self, ahead: &Ahead<S>) {
         let (stands_as_before, sleeps_as_before) = self.prepare(ahead);
         let Ahead { bodies, settings, .. } = *ahead;
         let (others, asleep) = (self.moving.as_slice(), self.asleep.as_slice());
         let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
         if lasts(settings) {
             self.columns.somebody_halts = self.columns.halts.contains(&0.0);
-            let columns = &self.columns;
-            let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
-            let meeting = Meeting::new(columns, ahead);
-            let sift = |pairs: &mut Vec<(u32, u32)>| meeting.sift(pairs);
-            self.lasting.update(&mut self.broad, boxes, changed, &sift, &self.workers);
+            if !self.lasting.stand(&self.columns.bounds, &changed) {
+                self.columns.make_flights(others, &self.workers);
+                let columns = &self.columns;
+                let boxes = (columns.bounds.as_slice(), self.movable.as_slice());
+                let meeting = Meeting::new(columns, ahead);
+                let sift = |pairs: &mut Vec<(u32, u32)>| meeting.sift(pairs);
+                self.lasting.search(&mut self.broad, boxes, changed, &sift, &self.workers);
+            }
             return self.halt(ahead);
         }
         let (data, indices) = (&bodies.data, &self.indices);
@@ -284,12 +296,15 @@ impl<S: Geometry> NarrowPhase<S> {
 
     /// Hands the pairs that were found for this step to a finder, as [`NarrowPhase::search`] does.
     pub(crate) fn look<F: Finder<S>>(
-        &self,
+        &mut self,
         ahead: &Ahead<S>,
         finder: &F,
         findings: &mut Memory<Chunk<F::Findings>>,
     ) {
         let lasts = lasts(ahead.settings);
+        if lasts {
+            self.columns.make_flights(&self.moving, &self.workers);
+        }
         let (pairs, meeting) =
             (if lasts { self.lasting.pairs().0 } else { self.broad.pairs() }, self.meeting(ahead));
         let find = |first: usize, pairs: &[(u32, u32)], chunk: &mut Chunk<F::Findings>| {
@@ -303,13 +318,15 @@ impl<S: Geometry> NarrowPhase<S> {
 
     /// The same with some of the pairs that last, by their places, ascending.
     pub(crate) fn look_at<F: Finder<S>>(
-        &self,
+        &mut self,
         ahead: &Ahead<S>,
         places: &[u32],
         finder: &F,
         findings: &mut Memory<Chunk<F::Findings>>,
     ) {
-        let (pairs, meeting) = (self.lasting.pairs().0, self.meeting(ahead));
+        let pairs = self.lasting.pairs().0;
+        self.columns.make_flights_of(places.iter().map(|place| pairs[*place as usize]));
+        let meeting = self.meeting(ahead);
         let find = |_: usize, places: &[u32], chunk: &mut Chunk<F::Findings>| {
             finder.begin(&mut chunk.found);
             for places in places.chunks(CHUNK) {
@@ -389,8 +406,10 @@ impl<S: Geometry> NarrowPhase<S> {
         let (moving, asleep) = (std::mem::take(&mut self.moving), std::mem::take(&mut self.asleep));
         if stands {
             let slept = if sleeps { &[] } else { asleep.as_slice() };
-            self.columns.place(&moving, &self.colliders.0, ahead, &self.workers);
-            self.columns.place(slept, &self.colliders.0, ahead, &self.workers);
+            // where pairs were searched for in the step before they will be in this one, as a rule
+            let moving = (moving.as_slice(), !self.lasting.stood());
+            self.columns.place(moving, &self.colliders.0, ahead, &self.workers);
+            self.columns.place_resting(slept, &self.colliders.0, ahead, &self.workers);
         } else {
             self.columns.place_all(&self.colliders.0, ahead);
         }
@@ -494,7 +513,7 @@ pub fn touches_of<S: Geometry>(
 /// What all contacts of a pair have in common.
 pub(crate) struct InCommon {
     pair: (usize, usize),
-    name: u64,
+    name: PairId,
     coefficients: Coefficients,
 }
 
@@ -503,7 +522,7 @@ impl InCommon {
     pub fn of<S: Geometry>(bodies: &Bodies<S>, settings: &Settings<S>, (a, b): (usize, usize)) -> Self {
         InCommon {
             pair: (a, b),
-            name: pair_id(bodies.data[a].serial, bodies.data[b].serial),
+            name: PairId::of((bodies.data[a].serial, bodies.data[b].serial)),
             coefficients: Coefficients::of(bodies, settings, (a, b)),
         }
     }
@@ -512,7 +531,7 @@ impl InCommon {
     pub fn touch<S: Geometry>(&self, p: &ContactPoint<S>) -> Touch<S> {
         let c = &self.coefficients;
         Touch {
-            id: mix_bits(self.name ^ p.feature),
+            id: self.name.contact(p.feature),
             a: self.pair.0,
             b: self.pair.1,
             point: p.point,
@@ -558,13 +577,27 @@ fn share_speeds(pairs: &[(u32, u32)], movable: &[bool], speeds: &mut [f64], own:
 
 /// A contact's name from its bodies' serials and its feature: a fixed mixing of bits (SplitMix64's).
 pub fn contact_id(a: u64, b: u64, feature: u64) -> u64 {
-    mix_bits(pair_id(a, b) ^ feature)
+    PairId::of((a, b)).contact(feature)
 }
 
-fn pair_id(a: u64, b: u64) -> u64 {
-    mix_bits(mix_bits(a.wrapping_add(0x9e37_79b9_7f4a_7c15)) ^ b)
+/// What the names of a pair's contacts have in common.
+#[derive(Clone, Copy)]
+pub(crate) struct PairId(u64);
+
+impl PairId {
+    /// Of a pair by its serials.
+    #[inline]
+    pub fn of((a, b): (u64, u64)) -> Self {
+        PairId(mix_bits(mix_bits(a.wrapping_add(0x9e37_79b9_7f4a_7c15)) ^ b))
+    }
+    /// The name of its contact with a feature.
+    #[inline]
+    pub fn contact(self, feature: u64) -> u64 {
+        mix_bits(self.0 ^ feature)
+    }
 }
 
+#[inline]
 fn mix_bits(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -23,6 +23,7 @@ use crate::observe::explain::{Explanation, Scene, phase_of};
 use crate::observe::groups::{GroupReport, Groups, LedgerGroup};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::StepReport;
+use crate::observe::step_times::{Laps, StepTimes};
 use crate::settings::{Scheme, Settings};
 use crate::stepping::events::tape::Tape;
 use crate::stepping::schemes::{JointsLast, Schemes};
@@ -105,6 +106,8 @@ pub struct World<S: Geometry> {
     failure: Option<Explanation>,
     /// What a step tells of itself while `step_taped` asks.
     tape: Option<Tape<S>>,
+    /// Where the time of the last step went, and that of the step under way.
+    times: (StepTimes, StepTimes),
 }
 
 impl<S: Geometry> World<S> {
@@ -138,6 +141,7 @@ impl<S: Geometry> World<S> {
             islands: sleeping::Islands::default(),
             failure: None,
             tape: None,
+            times: Default::default(),
         })
     }
     /// Adds a body and returns its index.
@@ -365,20 +369,30 @@ impl<S: Geometry> World<S> {
     /// As [`World::step`], and [`StepError::Interrupted`] when the watch asked to stop; the world is then exactly as
     /// it was before.
     pub fn step_watched(&mut self, dt: f64, watch: &mut Watch) -> Result<StepReport<S>, StepError> {
+        let mut clock = Laps::start();
         let as_before = self.stand_as_before();
         self.check_before(dt, as_before)?;
         self.stir();
         self.keep_motion(as_before);
         self.checkpoint.1.keep(&mut self.warm);
         self.swap_scheme();
+        self.times.1 = StepTimes::default();
         let mut taken = self.advance(dt, as_before, watch);
         self.failure = None;
         if let Err(error) = &mut taken {
             self.explain_failure(error);
             self.step_back();
             self.swap_scheme();
+            return taken;
         }
+        let within = self.times.1;
+        self.times.0 = StepTimes { rest: (clock.lap() - within.whole()).max(0.0), ..within };
         taken
+    }
+
+    /// Where the time of the last step went that was taken.
+    pub fn step_times(&self) -> StepTimes {
+        self.times.0
     }
 
     /// A step of the scheme `events` that tells what it did; it is the same step.
@@ -495,9 +509,13 @@ impl<S: Geometry> World<S> {
         self.schemes.ran = self.settings.scheme;
         self.schemes.begin_accounts(self.bodies.len(), !self.groups.is_empty());
         let mut begun = Ledger::default();
+        let mut clock = Laps::start();
+        self.narrow_phase.pairing = 0.0;
         if self.settings.scheme == Scheme::SoftStep {
             self.begin_soft_step(&step, &mut begun)?;
+            self.times.1.solve += clock.lap();
             self.find_soft_faces(dt);
+            self.times.1.add_search(&mut self.narrow_phase.pairing, clock.lap());
         }
         let quiet = self.is_quiet();
         let (fields, applied) = (&mut self.fields, &self.applied);
@@ -509,7 +527,9 @@ impl<S: Geometry> World<S> {
         let report = match settings.scheme {
             Scheme::FixedStep => {
                 let ahead = Ahead::new(bodies, settings, dt, &self.pushes.pulls);
+                self.times.1.solve += clock.lap();
                 self.narrow_phase.update(&ahead, &mut self.touches);
+                self.times.1.add_search(&mut self.narrow_phase.pairing, clock.lap());
                 self.schemes.fixed_step.advance(bodies, &self.touches, settings, &step, outside, warm)
             }
             Scheme::Events => {
@@ -523,6 +543,7 @@ impl<S: Geometry> World<S> {
             }
         };
         let mut report = report?;
+        self.times.1.solve += clock.lap();
         report.ledger.add(&begun);
         joint::add_all(&mut impulses, self.schemes.joint_impulses());
         self.schemes.joints = JointsLast { dt, impulses };

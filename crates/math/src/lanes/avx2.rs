@@ -36,6 +36,18 @@ impl Neg for Doubles {
 
 impl Four for Doubles {
     #[inline(always)]
+    fn turned([a, b, c, d]: [Self; 4]) -> [Self; 4] {
+        let (lanes, avx) = (a.0, a.0.avx);
+        let (low, high) = (avx._mm256_unpacklo_pd(a.1, b.1), avx._mm256_unpackhi_pd(a.1, b.1));
+        let (later, last) = (avx._mm256_unpacklo_pd(c.1, d.1), avx._mm256_unpackhi_pd(c.1, d.1));
+        [
+            Doubles(lanes, avx._mm256_permute2f128_pd::<0x20>(low, later)),
+            Doubles(lanes, avx._mm256_permute2f128_pd::<0x20>(high, last)),
+            Doubles(lanes, avx._mm256_permute2f128_pd::<0x31>(low, later)),
+            Doubles(lanes, avx._mm256_permute2f128_pd::<0x31>(high, last)),
+        ]
+    }
+    #[inline(always)]
     fn store(self) -> [f64; 4] {
         pulp::cast(self.1)
     }

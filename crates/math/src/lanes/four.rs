@@ -33,6 +33,8 @@ pub trait Four:
     fn to_f32(self) -> [f32; 4];
     /// The same as f64.
     fn as_f32(self) -> Self;
+    /// Four records of four numbers turned into four quantities of four records, or back.
+    fn turned(records: [Self; 4]) -> [Self; 4];
 }
 
 /// Four numbers as a plain array.
@@ -69,6 +71,10 @@ impl Neg for Plain {
 }
 
 impl Four for Plain {
+    #[inline(always)]
+    fn turned([a, b, c, d]: [Self; 4]) -> [Self; 4] {
+        std::array::from_fn(|k| Plain([a.0[k], b.0[k], c.0[k], d.0[k]]))
+    }
     #[inline(always)]
     fn store(self) -> [f64; 4] {
         self.0

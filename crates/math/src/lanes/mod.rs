@@ -159,6 +159,10 @@ mod tests {
                 ];
                 out.extend(all.map(|x| x.store().map(f64::to_bits)));
                 sets.push(a.less(b));
+                let turned = Four::turned([a, b, a + b, a - b]);
+                out.extend(turned.map(|x| x.store().map(f64::to_bits)));
+                let back = Four::turned(turned).map(|x| x.store().map(f64::to_bits));
+                assert_eq!(back[..2], [pair[0].map(f64::to_bits), pair[1].map(f64::to_bits)]);
             }
             (out, sets)
         }

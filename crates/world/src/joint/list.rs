@@ -44,6 +44,10 @@ impl<S: Space> Joints<S> {
     pub fn keeps_apart(&self, a: usize, b: usize) -> bool {
         !self.apart.is_empty() && self.apart.binary_search(&(a.min(b), a.max(b))).is_ok()
     }
+    /// True when joints keep no two bodies from colliding with each other.
+    pub fn keep_nobody_apart(&self) -> bool {
+        self.apart.is_empty()
+    }
     /// The error for a name that no joint has.
     pub fn unknown(&self, name: &str) -> BuildError {
         let near = crate::bodies::nearest(self.names.iter(), name);

@@ -8,3 +8,4 @@ pub mod groups;
 pub mod ledger;
 pub mod push;
 pub mod report;
+pub mod step_times;

@@ -1,6 +1,6 @@
 //! carom, by any of its schemes and solvers: settings are carom's own but for gravity, the step's length, sleep and threads.
 
-use crate::engine::{Choice, Engine, Spent, timed};
+use crate::engine::{Choice, Engine, Phases, Spent, timed};
 use crate::scene::{DT, FRICTION, Kind, Scene};
 use carom::{BodySpec, Geometry, Pose, Scheme, Settings, SolverKind, World};
 
@@ -66,5 +66,11 @@ impl<S: Geometry> Engine<S> for Ours<S> {
     }
     fn contacts(&mut self) -> Option<usize> {
         Some(self.world.touches().len())
+    }
+    fn phases(&self) -> Option<Phases> {
+        let times = self.world.step_times();
+        let [step, pairs, contacts, solve] =
+            [times.whole(), times.pairs, times.contacts, times.solve].map(|seconds| 1e3 * seconds);
+        Some(Phases::of(step, pairs, contacts, solve))
     }
 }

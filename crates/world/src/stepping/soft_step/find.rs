@@ -9,7 +9,7 @@ use super::tally::Tally;
 use crate::abreast::{Abreast, One};
 use crate::ahead::{Ahead, Couple};
 use crate::material::Coefficients;
-use crate::narrow_phase::{Finder, Near, Nears, contact_id};
+use crate::narrow_phase::{Finder, Near, Nears, PairId};
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::lanes::WIDTH;
 use carom_math::{Column, Rotation, Several};
@@ -45,8 +45,9 @@ pub(super) struct Found<S: Geometry> {
     place: Option<usize>,
     /// Surfaces of the last pair, whose coefficients are the last ones.
     surfaces: Option<(u32, u32)>,
-    /// Room for a pair's points, and for the names of a face's.
+    /// Room for a pair's points, their names, and the places of a face's.
     points: Vec<ContactPoint<S>>,
+    names: Vec<u64>,
     members: Vec<S::Points<u32>>,
     /// Patches that some pairs had in the step before; of those that may stand their pair and their place, and where they are laid.
     known: Vec<Recalled>,
@@ -70,7 +71,7 @@ struct Recalled {
 
 impl<S: Geometry> Default for Found<S> {
     fn default() -> Self {
-        let (met, fresh, kinds, tally, place, surfaces, points, members) = Default::default();
+        let (met, fresh, kinds, tally, place, surfaces, points, names, members) = Default::default();
         let (patches, known, old, slots, batches, few) = Default::default();
         let room = EightPatches::default();
         Found {
@@ -82,6 +83,7 @@ impl<S: Geometry> Default for Found<S> {
             place,
             surfaces,
             points,
+            names,
             members,
             known,
             old,
@@ -262,25 +264,25 @@ impl<S: Geometry> Finding<'_, S> {
 
     /// Faces of a pair's points.
     fn look_anew(&self, couple: &Couple<'_, S>, known: Known<'_, S>, found: &mut Found<S>) {
-        let serials = couple.serials();
-        let name = |p: &ContactPoint<S>| contact_id(serials.0, serials.1, p.feature);
-        let (mut members, points) = (std::mem::take(&mut found.members), std::mem::take(&mut found.points));
-        divide(&points, &name, &mut members);
+        let (mut members, mut names) = (std::mem::take(&mut found.members), std::mem::take(&mut found.names));
+        let points = std::mem::take(&mut found.points);
+        let pair = PairId::of(couple.serials());
+        names.clear();
+        names.extend(points.iter().map(|point| pair.contact(point.feature)));
+        divide(&points, &names, &mut members);
         let (met, first) = (self.met(found, couple, false), found.fresh.len());
         for members in &members {
             let mut seen = seen_now(couple);
             let mut spots = Spots::<S>::new(points[members[0] as usize].normal);
+            let mut normal = S::Points::all(0.0);
             for m in &members.slice()[..count::<S>(members)] {
-                let point = &points[*m as usize];
-                (seen.ids[spots.count], seen.gaps[spots.count]) = (name(point), point.gap);
+                let (point, k) = (&points[*m as usize], spots.count);
+                (seen.ids[k], seen.gaps[k]) = (names[*m as usize], point.gap);
+                normal[k] = known.normal(seen.ids[k]);
                 spots.add(point.point, point.gap);
             }
             (seen.count, seen.normal, seen.points) = (spots.count, spots.normal, spots.points);
             let rubbing = known.friction(&seen, &found.fresh[first..]);
-            let mut normal = S::Points::all(0.0);
-            for (to, id) in normal.slice_mut().iter_mut().zip(seen.names()) {
-                *to = known.normal(*id);
-            }
             let numbers = |force: &PatchForce<S>| (One(force).several(|f, k| f.friction[k]), force.twist);
             let begun = Begun { normal, rubbing: rubbing.map(numbers) };
             let outline = Outline::of_one(&spots);
@@ -294,7 +296,7 @@ impl<S: Geometry> Finding<'_, S> {
             found.add(met, rubbing, self.h);
             found.fresh.push(seen);
         }
-        (found.members, found.points) = (members, points);
+        (found.members, found.names, found.points) = (members, names, points);
     }
 }
 
@@ -329,12 +331,8 @@ fn count<S: Geometry>(members: &S::Points<u32>) -> usize {
     members.slice().iter().take_while(|m| **m != NONE).count()
 }
 
-/// Divides a pair's points by normals.
-fn divide<S: Geometry>(
-    points: &[ContactPoint<S>],
-    name: &impl Fn(&ContactPoint<S>) -> u64,
-    out: &mut Vec<S::Points<u32>>,
-) {
+/// Divides a pair's points by normals, those of each normal in the order of their names.
+fn divide<S: Geometry>(points: &[ContactPoint<S>], names: &[u64], out: &mut Vec<S::Points<u32>>) {
     out.clear();
     for (k, point) in points.iter().enumerate() {
         let fits = |m: &S::Points<u32>| {
@@ -357,6 +355,6 @@ fn divide<S: Geometry>(
         // A sweep takes points one after another, and what it has not yet evened out leans towards the first. Ids
         // order them as if by chance, so that a tall wall does not lean the same way in every row.
         let points_of = count::<S>(members);
-        members.slice_mut()[..points_of].sort_unstable_by_key(|m| name(&points[*m as usize]));
+        members.slice_mut()[..points_of].sort_unstable_by_key(|m| names[*m as usize]);
     }
 }

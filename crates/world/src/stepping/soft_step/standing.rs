@@ -403,7 +403,7 @@ impl<S: Geometry> SoftStep<S> {
     /// Finds the faces of a step as those of the step before, where they stand; false where all pairs must be looked at.
     pub(super) fn find_again(
         &mut self,
-        narrow_phase: &NarrowPhase<S>,
+        narrow_phase: &mut NarrowPhase<S>,
         standing: &mut Standing<S>,
         finding: &Finding<'_, S>,
         number: u64,
