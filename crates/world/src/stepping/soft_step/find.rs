@@ -274,15 +274,13 @@ impl<S: Geometry> Finding<'_, S> {
         for members in &members {
             let mut seen = seen_now(couple);
             let mut spots = Spots::<S>::new(points[members[0] as usize].normal);
-            let mut normal = S::Points::all(0.0);
             for m in &members.slice()[..count::<S>(members)] {
                 let (point, k) = (&points[*m as usize], spots.count);
                 (seen.ids[k], seen.gaps[k]) = (names[*m as usize], point.gap);
-                normal[k] = known.normal(seen.ids[k]);
                 spots.add(point.point, point.gap);
             }
             (seen.count, seen.normal, seen.points) = (spots.count, spots.normal, spots.points);
-            let rubbing = known.friction(&seen, &found.fresh[first..]);
+            let (normal, rubbing) = known.forces_of(&seen, &found.fresh[first..]);
             let numbers = |force: &PatchForce<S>| (One(force).several(|f, k| f.friction[k]), force.twist);
             let begun = Begun { normal, rubbing: rubbing.map(numbers) };
             let outline = Outline::of_one(&spots);
@@ -334,6 +332,20 @@ fn count<S: Geometry>(members: &S::Points<u32>) -> usize {
 /// Divides a pair's points by normals, those of each normal in the order of their names.
 fn divide<S: Geometry>(points: &[ContactPoint<S>], names: &[u64], out: &mut Vec<S::Points<u32>>) {
     out.clear();
+    // A sweep takes points one after another, and what it has not yet evened out leans towards the first. Ids
+    // order them as if by chance, so that a tall wall does not lean the same way in every row.
+    if points.len() <= S::Points::<u32>::LEN && points.iter().all(|point| point.normal == points[0].normal) {
+        let mut members = S::Points::all(NONE);
+        for (k, name) in names.iter().enumerate() {
+            let mut place = k;
+            while place > 0 && names[members[place - 1] as usize] > *name {
+                members[place] = members[place - 1];
+                place -= 1;
+            }
+            members[place] = k as u32;
+        }
+        return out.push(members);
+    }
     for (k, point) in points.iter().enumerate() {
         let fits = |m: &S::Points<u32>| {
             let first = &points[m[0] as usize];
@@ -352,8 +364,6 @@ fn divide<S: Geometry>(points: &[ContactPoint<S>], names: &[u64], out: &mut Vec<
         }
     }
     for members in out {
-        // A sweep takes points one after another, and what it has not yet evened out leans towards the first. Ids
-        // order them as if by chance, so that a tall wall does not lean the same way in every row.
         let points_of = count::<S>(members);
         members.slice_mut()[..points_of].sort_unstable_by_key(|m| names[*m as usize]);
     }

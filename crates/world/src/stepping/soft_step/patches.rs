@@ -104,15 +104,42 @@ pub(super) struct Known<'a, S: Geometry> {
 }
 
 impl<'a, S: Geometry> Known<'a, S> {
+    /// What a new patch starts from: the normal forces of its points \[N\], and whose friction.
+    #[inline]
+    pub fn forces_of(
+        &self,
+        patch: &Seen<S>,
+        others: &[Seen<S>],
+    ) -> (S::Points<f64>, Option<&'a PatchForce<S>>) {
+        let mut normal = S::Points::all(0.0);
+        let points = patch.names().len();
+        // nearly always nothing is known, or one patch with the same points
+        if let ([seen], [force]) = (self.seen, self.forces)
+            && others.is_empty()
+            && seen.count == patch.count
+            && seen.ids.slice() == patch.ids.slice()
+        {
+            normal.slice_mut()[..points].copy_from_slice(&force.normal.slice()[..points]);
+            return (normal, Some(force));
+        }
+        if self.seen.is_empty() {
+            return (normal, None);
+        }
+        for (to, id) in normal.slice_mut().iter_mut().zip(patch.names()) {
+            *to = self.normal(*id);
+        }
+        (normal, self.friction(patch, others))
+    }
+
     /// Normal force of a point by its name \[N\]; 0 where it is new.
-    pub fn normal(&self, name: u64) -> f64 {
+    fn normal(&self, name: u64) -> f64 {
         let at = |seen: &Seen<S>| seen.names().iter().position(|x| *x == name);
         let all = self.seen.iter().zip(self.forces);
         all.filter_map(|(seen, force)| at(seen).map(|at| force.normal[at])).last().unwrap_or(0.0)
     }
 
     /// Whose friction a new patch starts from: that of the first of its points that is known, unless another patch of the pair took it.
-    pub fn friction(&self, patch: &Seen<S>, others: &[Seen<S>]) -> Option<&'a PatchForce<S>> {
+    fn friction(&self, patch: &Seen<S>, others: &[Seen<S>]) -> Option<&'a PatchForce<S>> {
         let k = self.source(patch).filter(|k| *k < 64)?;
         (!others.iter().any(|other| self.source(other) == Some(k))).then(|| &self.forces[k])
     }
