@@ -268,15 +268,15 @@ mod tests {
     use carom_math::lanes::Portable;
     use carom_math::{Planar, Spatial};
 
-    /// Blocks of some sizes beside and on each other, some of them fast, one fixed and one that meets nobody.
-    fn blocks<S: Geometry>(block: fn(f64) -> S::Shape) -> World<S> {
+    /// Blocks of some sizes beside and on each other, some of them fast, one fixed and perhaps one that meets nobody.
+    fn blocks<S: Geometry>(block: fn(f64) -> S::Shape, all_collide: bool) -> World<S> {
         let mut world = World::new(Settings { scheme: Scheme::SoftStep, ..Settings::default() }).unwrap();
         for k in 0..60_u32 {
             let chance = |n: u32| f64::from((k * 40_503 + n * 30_011) % 997) / 997.0 - 0.5;
             let size = 0.5 + f64::from(k % 4);
             let spec = match k {
                 0 => BodySpec::fixed(block(6.0)),
-                1 => BodySpec { collides_with: 0, ..BodySpec::dense(block(2.0), 1.0) },
+                1 if !all_collide => BodySpec { collides_with: 0, ..BodySpec::dense(block(2.0), 1.0) },
                 _ => BodySpec::dense(block(size), 1.0),
             };
             let fast = if k == 0 { 0.0 } else { f64::from(k % 7) };
@@ -298,14 +298,15 @@ mod tests {
         if (0..S::DIM).all(along) { way.norm() } else { 0.0 }
     }
 
-    fn are_asked_alike<S: Geometry>(block: fn(f64) -> S::Shape) {
-        let world = blocks::<S>(block);
+    fn are_asked_alike<S: Geometry>(block: fn(f64) -> S::Shape, all_collide: bool) {
+        let world = blocks::<S>(block, all_collide);
         let (bodies, dt) = (world.bodies(), 0.01);
         let ahead = Ahead::new(bodies, world.settings(), dt, &[]);
         let mut columns = Columns::default();
         columns.make_room(bodies.data.iter().enumerate().map(|(i, d)| Mover::of(d, i, 0)));
         let colliders: Vec<S::Collider> = bodies.data.iter().filter_map(|d| d.collider.clone()).collect();
         columns.place_all(&colliders, &ahead);
+        assert_eq!(columns.all_collide, all_collide);
         columns.somebody_halts = columns.halts.contains(&0.0);
         let pairs: Vec<(u32, u32)> = (0..60).flat_map(|i| (i + 1..60).map(move |j| (i, j))).collect();
         for soft in [true, false] {
@@ -363,7 +364,9 @@ mod tests {
 
     #[test]
     fn pairs_are_asked_alike_alone_and_side_by_side() {
-        are_asked_alike::<Planar>(|size| PlanarShape::Box { size: [size; 2] });
-        are_asked_alike::<Spatial>(|size| SpatialShape::Box { size: [size; 3] });
+        for all_collide in [true, false] {
+            are_asked_alike::<Planar>(|size| PlanarShape::Box { size: [size; 2] }, all_collide);
+            are_asked_alike::<Spatial>(|size| SpatialShape::Box { size: [size; 3] }, all_collide);
+        }
     }
 }
