@@ -30,10 +30,12 @@ const fn kernel(
     Kernel { name, unit, count, run }
 }
 
-const KERNELS: [Kernel; 14] = [
+const KERNELS: [Kernel; 16] = [
     kernel("soft_step, plane, pyramid of 20", "step", 20, |n| wall::<Planar>(20, n, Scheme::SoftStep, None)),
     kernel("soft_step, space, pyramid of 20", "step", 20, |n| wall::<Spatial>(20, n, Scheme::SoftStep, None)),
     kernel("soft_step, space, 100 bodies poured", "step", 40, poured),
+    kernel("soft_step, plane, pyramid of 20 that bursts", "step", 40, burst::<Planar>),
+    kernel("soft_step, space, pyramid of 20 that bursts", "step", 40, burst::<Spatial>),
     kernel("pgs, plane, pyramid of 20", "step", 6, |n| {
         wall::<Planar>(20, n, Scheme::FixedStep, Some(SolverKind::Pgs))
     }),
@@ -87,6 +89,18 @@ fn wall<S: Stage>(
     let mut world = stacking::pyramid::<S>(base)?;
     let tolerance = if solver == Some(SolverKind::Exact) { 1e-8 } else { world.settings().tolerance };
     world.set_settings(Settings { scheme, solver, tolerance, ..world.settings().clone() })?;
+    steps(&mut world, count)
+}
+
+/// Steps of a wall whose blocks fly: hardly a point is used again, and many boxes overlap that do not meet.
+fn burst<S: Stage>(count: usize) -> Result<(), Box<dyn Error>> {
+    let mut world = stacking::pyramid::<S>(20)?;
+    world.set_settings(Settings { scheme: Scheme::SoftStep, ..world.settings().clone() })?;
+    let mut chance = Chance::new(5);
+    let moving: Vec<usize> = (0..world.bodies().len()).filter(|i| world.bodies().is_dynamic(*i)).collect();
+    for i in moving {
+        world.motion_mut().velocity[i] = S::Vector::from_fn(|_| chance.between(-6.0, 6.0));
+    }
     steps(&mut world, count)
 }
 
