@@ -239,7 +239,8 @@ impl<S: Geometry> NarrowPhase<S> {
         let (others, asleep) = (self.moving.as_slice(), self.asleep.as_slice());
         let changed = Changed { others, asleep, stands_as_before, sleeps_as_before };
         if lasts(settings) {
-            self.columns.somebody_halts = self.columns.halts.contains(&0.0);
+            // of what rests nothing is swift, and it may be a million bodies
+            self.columns.somebody_halts = others.iter().any(|k| self.columns.halts[*k as usize] == 0.0);
             if !self.lasting.stand(&self.columns.bounds, &changed) {
                 self.columns.make_flights(others, &self.workers);
                 let columns = &self.columns;
