@@ -9,6 +9,7 @@ pub mod assembly;
 pub mod bodies;
 pub mod body;
 mod columns;
+pub mod contact_id;
 pub mod correction;
 pub mod error;
 mod flight;

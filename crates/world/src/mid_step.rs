@@ -3,7 +3,8 @@
 //! at first order in the step. Pairs that hardly move keep what they have, only carried along.
 
 use crate::bodies::Bodies;
-use crate::narrow_phase::{Touch, contact_id};
+use crate::contact_id::contact_id;
+use crate::narrow_phase::Touch;
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::Column;
 

@@ -4,6 +4,7 @@
 use crate::ahead::{Ahead, Couple, Mover};
 use crate::bodies::Bodies;
 use crate::columns::{CHUNK, Columns};
+use crate::contact_id::PairId;
 use crate::halting::Halting;
 use crate::lasting::Lasting;
 use crate::material::Coefficients;
@@ -574,35 +575,6 @@ fn share_speeds(pairs: &[(u32, u32)], movable: &[bool], speeds: &mut [f64], own:
         }
     }
     changed
-}
-
-/// A contact's name from its bodies' serials and its feature: a fixed mixing of bits (SplitMix64's).
-pub fn contact_id(a: u64, b: u64, feature: u64) -> u64 {
-    PairId::of((a, b)).contact(feature)
-}
-
-/// What the names of a pair's contacts have in common.
-#[derive(Clone, Copy)]
-pub(crate) struct PairId(u64);
-
-impl PairId {
-    /// Of a pair by its serials.
-    #[inline]
-    pub fn of((a, b): (u64, u64)) -> Self {
-        PairId(mix_bits(mix_bits(a.wrapping_add(0x9e37_79b9_7f4a_7c15)) ^ b))
-    }
-    /// The name of its contact with a feature.
-    #[inline]
-    pub fn contact(self, feature: u64) -> u64 {
-        mix_bits(self.0 ^ feature)
-    }
-}
-
-#[inline]
-fn mix_bits(mut x: u64) -> u64 {
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
 }
 
 /// Smallest extent among bodies that can move \[m\]; the scene's length scale. `None` without such bodies.

@@ -5,7 +5,7 @@
 
 use super::lift;
 use crate::bodies::Bodies;
-use crate::narrow_phase::contact_id;
+use crate::contact_id::contact_id;
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::{Column, Pose, Rotation};
 

@@ -140,7 +140,7 @@ impl<S: Space> Joint<S> {
     pub fn push_rows(&self, m: &Motion<S>, frame: &Frame<S>, rows: &mut Vec<BoundedRow<S>>) {
         let arm_a = frame.on_a - m.position[self.a];
         let arm_b = self.b.map(|b| frame.on_b - m.position[b]);
-        let id = |k: usize| crate::narrow_phase::contact_id(u64::MAX, self.serial, k as u64);
+        let id = |k: usize| crate::contact_id::contact_id(u64::MAX, self.serial, k as u64);
         let row = |k: usize, on_a: Twist<S>, on_b: Twist<S>| BoundedRow {
             id: id(k),
             a: self.a,

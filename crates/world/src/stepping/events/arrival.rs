@@ -6,7 +6,7 @@
 
 use super::limits::Limits;
 use crate::bodies::Bodies;
-use crate::narrow_phase::contact_id;
+use crate::contact_id::contact_id;
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::{Column, Pose, Rotation};
 

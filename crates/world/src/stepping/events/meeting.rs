@@ -6,7 +6,7 @@ use super::arrival::State;
 use super::tape::Cause;
 use super::timeline::{NONE, Timeline, state};
 use super::together::{Halt, Together};
-use crate::narrow_phase::contact_id;
+use crate::contact_id::contact_id;
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::{Column, Pose, Rotation};
 
