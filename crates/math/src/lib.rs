@@ -4,7 +4,9 @@
 pub mod inertia;
 pub mod lanes;
 pub mod pose;
+pub mod record;
 pub mod rotation;
+pub mod several;
 pub mod skew;
 pub mod space;
 pub mod tuple;
@@ -13,10 +15,12 @@ pub mod workers;
 
 pub use inertia::{Inertia, Moment, Sym3};
 pub use pose::Pose;
+pub use record::Record;
 pub use rotation::{Quaternion, Rotation, Turn};
+pub use several::Several;
 pub use space::{Planar, Space, Spatial};
 pub use tuple::{Column, Tuple, Vec1, Vec2, Vec3, vec1, vec2, vec3};
-pub use wide::{Number, Precise, Several, Wide};
+pub use wide::{Number, Precise, Wide};
 pub use workers::Workers;
 
 /// The exponential function with the same bits on every machine.

@@ -4,41 +4,11 @@
 //! in the plane, and what friction sees, (V.t1, V.t2, W.n) and (V.t). Both groups of impulses are the conjugates.
 //! Knows no bodies and no law.
 
-use crate::lanes::{Four, Lanes, Real};
+use crate::lanes::{Eight, Four, Lanes, Quad, Real};
+use crate::record::Record;
+use crate::several::{Plain, Several};
 use crate::space::{Planar, Spatial};
-use std::ops::{Add, Div, Index, IndexMut, Mul, Neg, Sub};
-
-/// What may be copied and handed to another thread.
-pub trait Plain: Copy + Send + Sync {}
-impl<T: Copy + Send + Sync> Plain for T {}
-
-/// A short array whose length is the space's matter.
-pub trait Several<T>: Plain + Index<usize, Output = T> + IndexMut<usize> {
-    /// Its length.
-    const LEN: usize;
-    /// The same value everywhere.
-    fn all(value: T) -> Self;
-    /// As a slice.
-    fn slice(&self) -> &[T];
-    /// As a slice to write to.
-    fn slice_mut(&mut self) -> &mut [T];
-}
-
-impl<T: Plain, const N: usize> Several<T> for [T; N] {
-    const LEN: usize = N;
-    #[inline(always)]
-    fn all(value: T) -> Self {
-        [value; N]
-    }
-    #[inline(always)]
-    fn slice(&self) -> &[T] {
-        self
-    }
-    #[inline(always)]
-    fn slice_mut(&mut self) -> &mut [T] {
-        self
-    }
-}
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number: f32, f64, or several of them side by side.
 pub trait Number:
@@ -153,6 +123,8 @@ pub trait Wide: Copy + Send + Sync + 'static {
     type Pairs<T: Plain>: Several<T>;
     /// The numbers of a patch in rows of eight: 2 | 4.
     type Rows<T: Plain>: Several<T>;
+    /// Numbers of a body side by side, enough for its velocities and one more, or for what it moved: 4 | 8.
+    type Record: Record;
 
     /// Unit tangents of a unit normal; in space those of Duff et al. 2017, "Building an orthonormal basis, revisited".
     fn tangents<R: Number>(normal: &Self::Vectors<R>) -> Self::Slips<Self::Vectors<R>>;
@@ -272,6 +244,7 @@ impl Wide for Planar {
     type Turns<T: Plain> = [T; 2];
     type Pairs<T: Plain> = [T; 3];
     type Rows<T: Plain> = [T; 2];
+    type Record = Quad;
 
     #[inline(always)]
     fn tangents<R: Number>(n: &[R; 2]) -> [[R; 2]; 1] {
@@ -370,6 +343,7 @@ impl Wide for Spatial {
     type Turns<T: Plain> = [T; 4];
     type Pairs<T: Plain> = [T; 11];
     type Rows<T: Plain> = [T; 4];
+    type Record = Eight;
 
     #[inline(always)]
     fn rotated<R: Number>(turn: &[R; 4], r: &[R; 3]) -> [R; 3] {

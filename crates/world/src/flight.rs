@@ -4,7 +4,7 @@
 use crate::ahead::{Mover, Moving};
 use carom_geometry::{Aabb, Geometry};
 use carom_math::lanes::{Four, Lanes};
-use carom_math::wide::Plain;
+use carom_math::several::Plain;
 use carom_math::{Number, Precise, Several};
 
 /// Rows of a body in space; the plane leaves one empty.

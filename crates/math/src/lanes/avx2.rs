@@ -1,8 +1,8 @@
 //! Eight numbers in one register of AVX2, or four of f64. The token is the proof that the processor has it, so no `unsafe` is needed.
 
-use super::{Eight, Four, Job, Lanes, WIDTH};
+use super::{Eight, Four, Job, Lanes, Quad, WIDTH};
 use pulp::x86::V3;
-use std::arch::x86_64::{__m256, __m256d};
+use std::arch::x86_64::{__m128, __m256, __m256d};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Four numbers of f64 and the token.
@@ -123,6 +123,13 @@ fn quarter(lanes: V3, one: (__m256, __m256), other: (__m256, __m256)) -> [__m256
     ]
 }
 
+/// Two records of four numbers in one register: halves that are read from memory need no turn between halves later.
+#[inline(always)]
+fn both(lanes: V3, low: Quad, high: Quad) -> __m256 {
+    let (low, high): (__m128, __m128) = (pulp::cast(low.0), pulp::cast(high.0));
+    lanes.avx._mm256_insertf128_ps::<1>(lanes.avx._mm256_castps128_ps256(low), high)
+}
+
 impl Lanes for V3 {
     type Reals = __m256;
     type Four = Doubles;
@@ -204,6 +211,22 @@ impl Lanes for V3 {
             avx._mm256_permute2f128_ps::<0x31>(low[2], high[2]),
             avx._mm256_permute2f128_ps::<0x31>(low[3], high[3]),
         ]
+    }
+    #[inline(always)]
+    fn columns(self, [a, b, c, d, e, f, g, h]: [Quad; WIDTH]) -> [__m256; 4] {
+        let (ae, bf) = (both(self, a, e), both(self, b, f));
+        let (cg, dh) = (both(self, c, g), both(self, d, h));
+        quarter(self, woven(self, ae, bf), woven(self, cg, dh))
+    }
+    #[inline(always)]
+    fn rows(self, [a, b, c, d]: [__m256; 4]) -> [Quad; WIDTH] {
+        let pairs = quarter(self, woven(self, a, b), woven(self, c, d));
+        let mut out = [Quad::default(); WIDTH];
+        for k in 0..4 {
+            let [low, high]: [[f32; 4]; 2] = pulp::cast(pairs[k]);
+            (out[k], out[4 + k]) = (Quad(low), Quad(high));
+        }
+        out
     }
     #[inline(always)]
     fn run<J: Job>(self, job: J) -> J::Output {

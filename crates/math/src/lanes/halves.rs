@@ -2,7 +2,7 @@
 //! a processor has to tell.
 
 use super::four::Plain;
-use super::{Eight, Job, Lanes, WIDTH};
+use super::{Eight, Job, Lanes, Quad, WIDTH};
 
 /// What a processor does with four numbers at once; `max` and `min` return their second argument when either is NaN.
 pub trait Half: Copy + Send + Sync + 'static {
@@ -107,6 +107,24 @@ impl<H: Half> Lanes for Halves<H> {
             [c[2], d[2]],
             [c[3], d[3]],
         ]
+    }
+    #[inline(always)]
+    fn columns(self, [a, b, c, d, e, f, g, h]: [Quad; WIDTH]) -> [[H::Quad; 2]; 4] {
+        let lanes = self.0;
+        let low = lanes.turn([lanes.load(a.0), lanes.load(b.0), lanes.load(c.0), lanes.load(d.0)]);
+        let high = lanes.turn([lanes.load(e.0), lanes.load(f.0), lanes.load(g.0), lanes.load(h.0)]);
+        [[low[0], high[0]], [low[1], high[1]], [low[2], high[2]], [low[3], high[3]]]
+    }
+    #[inline(always)]
+    fn rows(self, [a, b, c, d]: [[H::Quad; 2]; 4]) -> [Quad; WIDTH] {
+        let mut out = [Quad::default(); WIDTH];
+        for half in 0..2 {
+            let rows = self.0.turn([a[half], b[half], c[half], d[half]]);
+            for k in 0..4 {
+                out[4 * half + k] = Quad(self.0.store(rows[k]));
+            }
+        }
+        out
     }
     #[inline(always)]
     fn run<J: Job>(self, job: J) -> J::Output {

@@ -26,6 +26,20 @@ pub const WIDTH: usize = 8;
 #[repr(C, align(32))]
 pub struct Eight(pub [f32; WIDTH]);
 
+impl Eight {
+    /// The first four numbers, and the others.
+    #[inline(always)]
+    pub fn halves(self) -> [Quad; 2] {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        [Quad([a, b, c, d]), Quad([e, f, g, h])]
+    }
+}
+
+/// Four numbers in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(16))]
+pub struct Quad(pub [f32; 4]);
+
 /// What a processor does with eight numbers at once. `max` and `min` return their second argument when either is NaN.
 pub trait Lanes: Copy + Send + Sync + 'static {
     /// Eight numbers in registers.
@@ -64,6 +78,10 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     fn parts(self, pair: Self::Reals) -> (Self::Reals, Self::Reals);
     /// Eight records of eight numbers turned into eight quantities of eight records, or back.
     fn turn(self, rows: [Self::Reals; WIDTH]) -> [Self::Reals; WIDTH];
+    /// Eight records of four numbers turned into four quantities of eight records.
+    fn columns(self, rows: [Quad; WIDTH]) -> [Self::Reals; 4];
+    /// And back.
+    fn rows(self, columns: [Self::Reals; 4]) -> [Quad; WIDTH];
     /// Does a job with this processor's instructions.
     fn run<J: Job>(self, job: J) -> J::Output;
 }
@@ -129,6 +147,17 @@ mod tests {
                 }
                 for column in lanes.turn(turned) {
                     out.push(lanes.store(column).0.map(f32::to_bits));
+                }
+                let mut quads = [Quad::default(); WIDTH];
+                for (quad, row) in quads.iter_mut().zip(rows) {
+                    *quad = row.halves()[1];
+                }
+                let columns = lanes.columns(quads);
+                for column in columns {
+                    out.push(lanes.store(column).0.map(f32::to_bits));
+                }
+                for (quad, back) in quads.iter().zip(lanes.rows(columns)) {
+                    assert_eq!(quad.0.map(f32::to_bits), back.0.map(f32::to_bits));
                 }
             }
             out
@@ -214,5 +243,8 @@ mod tests {
         let turned = Portable.turn(rows);
         assert_eq!(turned[3][5], rows[5][3]);
         assert_eq!(Portable.turn(turned), rows);
+        let quads = rows.map(|row| Eight(row).halves()[1]);
+        assert_eq!(Portable.columns(quads), turned[4..]);
+        assert_eq!(Portable.rows(Portable.columns(quads)), quads);
     }
 }

@@ -1,7 +1,7 @@
 //! Eight numbers as a plain array, for processors without registers of that width.
 
 use super::four::Plain;
-use super::{Eight, Job, Lanes, WIDTH};
+use super::{Eight, Job, Lanes, Quad, WIDTH};
 
 /// Any processor.
 #[derive(Clone, Copy, Debug)]
@@ -100,6 +100,26 @@ impl Lanes for Portable {
         for i in 0..WIDTH {
             for k in 0..WIDTH {
                 out[i][k] = rows[k][i];
+            }
+        }
+        out
+    }
+    #[inline(always)]
+    fn columns(self, rows: [Quad; WIDTH]) -> [Reals; 4] {
+        let mut out = [[0.0; WIDTH]; 4];
+        for (i, row) in rows.iter().enumerate() {
+            for k in 0..4 {
+                out[k][i] = row.0[k];
+            }
+        }
+        out
+    }
+    #[inline(always)]
+    fn rows(self, columns: [Reals; 4]) -> [Quad; WIDTH] {
+        let mut out = [Quad::default(); WIDTH];
+        for (i, row) in out.iter_mut().enumerate() {
+            for k in 0..4 {
+                row.0[k] = columns[k][i];
             }
         }
         out

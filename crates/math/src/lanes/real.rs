@@ -1,6 +1,6 @@
 //! Lanes that are written like numbers.
 
-use super::{Eight, Lanes};
+use super::{Eight, Lanes, Quad, WIDTH};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// Eight numbers in registers.
@@ -45,6 +45,20 @@ impl<L: Lanes> Real<L> {
             out[k].value = values[k];
         }
         out
+    }
+    /// Eight records of four numbers turned into four quantities.
+    #[inline(always)]
+    pub fn columns(lanes: L, rows: [Quad; WIDTH]) -> [Self; 4] {
+        let mut out = [Real::all(lanes, 0.0); 4];
+        for (out, value) in out.iter_mut().zip(lanes.columns(rows)) {
+            out.value = value;
+        }
+        out
+    }
+    /// Four quantities turned into eight records.
+    #[inline(always)]
+    pub fn rows([a, b, c, d]: [Self; 4]) -> [Quad; WIDTH] {
+        a.lanes.rows([a.value, b.value, c.value, d.value])
     }
     #[inline(always)]
     fn with(self, value: L::Reals) -> Self {

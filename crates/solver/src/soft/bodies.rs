@@ -1,10 +1,9 @@
-//! Bodies as the lanes see them: records of eight numbers, gathered eight at a time and turned. Record 0 is the
+//! Bodies as the lanes see them: records of a few numbers, gathered eight at a time and turned. Record 0 is the
 //! obstacle at rest that empty lanes and walls point to: nothing moves it, so lanes may share it.
 
 use super::shared::Shared;
 use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
-use carom_math::{Several, Wide, Workers};
-use std::cell::Cell;
+use carom_math::{Record, Several, Wide, Workers};
 use std::ops::Range;
 
 /// A body at the step's start.
@@ -33,29 +32,36 @@ impl<S: Wide> SoftBody<S> {
     }
 }
 
+/// What changes of a body within a step. A sweep needs all of it at once, by one place in the list.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub struct Body<R> {
+    /// Velocity, spin, inverse mass.
+    pub motion: R,
+    /// Displacement and change of attitude since the step began.
+    pub moved: R,
+}
+
 /// Records of all bodies, one list per use.
 pub struct Records<S: Wide> {
-    /// Velocity, spin, what the body moved where that fits, inverse mass.
-    pub motion: Vec<Eight>,
-    /// Displacement and change of attitude since the step began, where they do not fit beside the motion.
-    pub moved: Vec<Eight>,
+    /// Motion, and what was moved.
+    pub bodies: Vec<Body<S::Record>>,
     /// Inverse inertia.
-    inertia: Vec<Eight>,
+    inertia: Vec<S::Record>,
     /// Loads of a substep.
-    load: Vec<Eight>,
+    load: Vec<S::Record>,
     /// Motion at the start of the substep before.
-    before: Vec<Eight>,
+    before: Vec<S::Record>,
     /// Motion at the start of the step.
-    start: Vec<Eight>,
+    start: Vec<S::Record>,
     /// Motion where the last sweep began, and the direction that leads it on; empty where nothing leads.
     led: [Vec<Eight>; 2],
-    space: std::marker::PhantomData<S>,
 }
 
 impl<S: Wide> Default for Records<S> {
     fn default() -> Self {
-        let (motion, moved, inertia, load, before, start, led) = Default::default();
-        Records { motion, moved, inertia, load, before, start, led, space: std::marker::PhantomData }
+        let (bodies, inertia, load, before, start, led) = Default::default();
+        Records { bodies, inertia, load, before, start, led }
     }
 }
 
@@ -65,86 +71,66 @@ const BODIES: usize = 128;
 const FEW: usize = 3 * BODIES;
 
 /// A stretch of the lists.
-struct Stretch<'a> {
+struct Stretch<'a, S: Wide> {
     /// Its first record.
     first: usize,
-    /// Motion, inverse inertia, loads, motion at the start of the substep before and of the step.
-    lists: [&'a mut [Eight]; 5],
-    moved: &'a mut [Eight],
+    bodies: &'a mut [Body<S::Record>],
+    /// Inverse inertia, loads, motion at the start of the substep before and of the step.
+    lists: [&'a mut [S::Record]; 4],
 }
 
-impl<'a> Stretch<'a> {
+impl<S: Wide> Stretch<'_, S> {
     /// Its first records, and the others.
     fn split(self) -> (Self, Self) {
-        let count = BODIES.min(self.lists[0].len());
-        let (mut lists, mut others): ([&mut [Eight]; 5], [&mut [Eight]; 5]) = Default::default();
+        let count = BODIES.min(self.bodies.len());
+        let bodies = self.bodies.split_at_mut(count);
+        let (mut lists, mut others): ([&mut [S::Record]; 4], [&mut [S::Record]; 4]) = Default::default();
         for (list, (one, other)) in self.lists.into_iter().zip(lists.iter_mut().zip(&mut others)) {
             (*one, *other) = list.split_at_mut(count);
         }
-        let moved = self.moved.split_at_mut(count.min(self.moved.len()));
         let first = self.first;
         (
-            Stretch { first, lists, moved: moved.0 },
-            Stretch { first: first + count, lists: others, moved: moved.1 },
+            Stretch { first, bodies: bodies.0, lists },
+            Stretch { first: first + count, bodies: bodies.1, lists: others },
         )
     }
 
     /// Writes a body's record. Rows are made of numbers in registers: what is written in parts and read as a whole at once
     /// waits.
     #[inline(always)]
-    fn write<S: Wide>(&mut self, record: usize, body: &SoftBody<S>) {
+    fn write(&mut self, record: usize, body: &SoftBody<S>) {
         let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
         let motion = |k: usize| if k < d { body.velocity[k] } else { body.spin[k - d] };
         let load = |k: usize| if k < d { body.load[k] } else { body.spin_load[k - d] };
         let still = S::no_turn();
         let turns = <S::Turns<f32> as Several<f32>>::LEN;
-        let at = const { moved_at::<S>() } + d;
-        let moved = |k: usize| if k >= at && k < at + turns { still[k - at] } else { 0.0 };
         let row = |number: &dyn Fn(usize) -> f32| {
             let mut row = Eight::default();
             for k in 0..WIDTH {
                 row.0[k] = number(k);
             }
-            row
+            S::Record::of(row)
         };
         let numbers = <S::Inertias<f32> as Several<f32>>::LEN;
-        let beside = |k: usize| if const { moves_beside::<S>() } { moved(k) } else { 0.0 };
         let start = row(&|k| if k < d + a { motion(k) } else { 0.0 });
         let k = record - self.first;
-        self.lists[0][k] = row(&|k| match k {
-            _ if k < d + a => motion(k),
-            _ if k == const { mass_at::<S>() } => body.inverse_mass,
-            _ => beside(k),
-        });
-        self.lists[1][k] = row(&|k| if k < numbers { body.inverse_inertia[k] } else { 0.0 });
-        self.lists[2][k] = row(&|k| if k < d + a { load(k) } else { 0.0 });
-        (self.lists[3][k], self.lists[4][k]) = (start, start);
-        if !const { moves_beside::<S>() } {
-            self.moved[k] = row(&moved);
-        }
+        self.bodies[k] = Body {
+            motion: row(&|k| match k {
+                _ if k < d + a => motion(k),
+                _ if k == d + a => body.inverse_mass,
+                _ => 0.0,
+            }),
+            moved: row(&|k| if k >= d && k < d + turns { still[k - d] } else { 0.0 }),
+        };
+        self.lists[0][k] = row(&|k| if k < numbers { body.inverse_inertia[k] } else { 0.0 });
+        self.lists[1][k] = row(&|k| if k < d + a { load(k) } else { 0.0 });
+        (self.lists[2][k], self.lists[3][k]) = (start, start);
     }
 }
 
-/// Numbers of a motion: velocity and spin.
+/// Numbers of a motion: velocity and spin. The inverse mass lies behind them.
 const fn freedoms<S: Wide>() -> usize {
     <S::Vectors<f32> as Several<f32>>::LEN + <S::Spins<f32> as Several<f32>>::LEN
-}
-
-/// Whether a record of the motion has room for what the body moved, beside its inverse mass.
-const fn moves_beside<S: Wide>() -> bool {
-    let moved = <S::Vectors<f32> as Several<f32>>::LEN + <S::Turns<f32> as Several<f32>>::LEN;
-    freedoms::<S>() + moved < WIDTH
-}
-
-/// Where what a body moved begins in its record.
-const fn moved_at<S: Wide>() -> usize {
-    if moves_beside::<S>() { freedoms::<S>() } else { 0 }
-}
-
-/// Where the inverse mass lies in a record of the motion.
-const fn mass_at<S: Wide>() -> usize {
-    let moved = <S::Vectors<f32> as Several<f32>>::LEN + <S::Turns<f32> as Several<f32>>::LEN;
-    if moves_beside::<S>() { freedoms::<S>() + moved } else { freedoms::<S>() }
 }
 
 /// Ones where a record holds velocities.
@@ -160,7 +146,6 @@ const fn of_velocities<S: Wide>() -> Eight {
 
 /// Eight bodies in registers.
 pub struct Eightfold<S: Wide, L: Lanes> {
-    rows: [Real<L>; WIDTH],
     /// Velocities.
     pub velocity: S::Vectors<Real<L>>,
     /// Angular velocities.
@@ -179,57 +164,51 @@ pub struct Moved<S: Wide, L: Lanes> {
     pub turn: S::Turns<Real<L>>,
 }
 
-#[inline(always)]
-fn gather<L: Lanes>(lanes: L, record: impl Fn(usize) -> Eight, ids: &[u32; WIDTH]) -> [Real<L>; WIDTH] {
-    let mut rows = [Real::all(lanes, 0.0); WIDTH];
-    for k in 0..WIDTH {
-        rows[k] = Real::load(lanes, &record(ids[k] as usize));
-    }
-    Real::turn(rows)
-}
+/// Numbers of eight records.
+type Columns<S, L> = <<S as Wide>::Record as Record>::Columns<Real<L>>;
 
-/// At most eight records that lie in a row, turned; where fewer are left the last one fills the other lanes.
 #[inline(always)]
-fn in_a_row<L: Lanes>(lanes: L, records: &[Cell<Eight>]) -> [Real<L>; WIDTH] {
-    let mut rows = [Real::all(lanes, 0.0); WIDTH];
-    for (k, row) in rows.iter_mut().enumerate() {
-        *row = Real::load(lanes, &records[k.min(records.len() - 1)].get());
+fn gather<S: Wide, L: Lanes>(
+    lanes: L,
+    record: impl Fn(usize) -> S::Record,
+    ids: &[u32; WIDTH],
+) -> Columns<S, L> {
+    let mut rows = [S::Record::default(); WIDTH];
+    for k in 0..WIDTH {
+        rows[k] = record(ids[k] as usize);
     }
-    Real::turn(rows)
+    S::Record::columns(lanes, rows)
 }
 
 /// The records while workers share them.
 pub struct Table<'a, S: Wide> {
-    motion: Shared<'a, Eight>,
-    moved: Shared<'a, Eight>,
-    before: Shared<'a, Eight>,
-    inertia: &'a [Eight],
-    load: &'a [Eight],
-    start: &'a [Eight],
+    bodies: Shared<'a, Body<S::Record>>,
+    before: Shared<'a, S::Record>,
+    inertia: &'a [S::Record],
+    load: &'a [S::Record],
+    start: &'a [S::Record],
     led: [Shared<'a, Eight>; 2],
     /// Records before this one are obstacles.
     obstacles: u32,
-    space: std::marker::PhantomData<S>,
 }
 
 impl<S: Wide> Records<S> {
     /// Makes room for what leads all bodies on, or gives it back to nobody.
     pub fn make_room_to_lead(&mut self, leads: bool) {
-        let count = if leads { self.motion.len() } else { 0 };
+        let count = if leads { self.bodies.len() } else { 0 };
         self.led.iter_mut().for_each(|list| list.resize(count, Eight::default()));
     }
 
     /// The obstacle at rest, and behind it so many bodies. Workers write stretches of the lists, each its own.
     pub fn fill(&mut self, count: usize, body: impl Fn(usize) -> SoftBody<S> + Sync, workers: &Workers) {
-        let Records { motion, moved, inertia, load, before, start, .. } = self;
-        let beside = if const { moves_beside::<S>() } { 0 } else { count + 1 };
-        moved.resize(beside, Eight::default());
-        let all = [motion, inertia, load, before, start].map(|list| {
-            list.resize(count + 1, Eight::default());
+        let Records { bodies, inertia, load, before, start, .. } = self;
+        bodies.resize(count + 1, Body::default());
+        let lists = [inertia, load, before, start].map(|list| {
+            list.resize(count + 1, S::Record::default());
             list.as_mut_slice()
         });
-        let mut rest = Stretch { first: 0, lists: all, moved };
-        rest.write(0, &SoftBody::<S>::none());
+        let mut rest = Stretch { first: 0, bodies, lists };
+        rest.write(0, &SoftBody::none());
         if workers.is_alone() || count <= FEW {
             return (1..=count).for_each(|k| rest.write(k, &body(k)));
         }
@@ -239,8 +218,8 @@ impl<S: Wide> Records<S> {
             (own, rest) = rest.split();
             parts.push(own);
         }
-        workers.share(parts, |own: &mut Stretch<'_>| {
-            let records = own.first.max(1)..own.first + own.lists[0].len();
+        workers.share(parts, |own: &mut Stretch<'_, S>| {
+            let records = own.first.max(1)..own.first + own.bodies.len();
             records.for_each(|k| own.write(k, &body(k)));
         });
     }
@@ -250,14 +229,12 @@ impl<S: Wide> Records<S> {
         let [before, direction] = &mut self.led;
         Table {
             led: [Shared::new(before), Shared::new(direction)],
-            motion: Shared::new(&mut self.motion),
-            moved: Shared::new(&mut self.moved),
+            bodies: Shared::new(&mut self.bodies),
             before: Shared::new(&mut self.before),
             inertia: &self.inertia,
             load: &self.load,
             start: &self.start,
             obstacles,
-            space: std::marker::PhantomData,
         }
     }
 }
@@ -266,13 +243,12 @@ impl<S: Wide> Records<S> {
 impl<S: Wide> Records<S> {
     /// The same records in another order.
     pub fn in_order(&self, order: &[u32]) -> Self {
-        let pick = |list: &Vec<Eight>| match list.is_empty() {
+        let pick = |list: &Vec<S::Record>| match list.is_empty() {
             true => Vec::new(),
             false => order.iter().map(|k| list[*k as usize]).collect(),
         };
         Records {
-            motion: pick(&self.motion),
-            moved: pick(&self.moved),
+            bodies: order.iter().map(|k| self.bodies[*k as usize]).collect(),
             before: pick(&self.before),
             inertia: pick(&self.inertia),
             load: pick(&self.load),
@@ -286,54 +262,85 @@ impl<S: Wide> Table<'_, S> {
     /// Means of the velocities at the step's start and now, of eight bodies.
     #[inline(always)]
     pub fn mean<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Eightfold<S, L> {
-        let start = gather(lanes, |i| self.start[i], ids);
-        let mut bodies = self.gather_motion(lanes, ids, &S::Kept::all(Eight::default()));
+        let start = gather::<S, L>(lanes, |i| self.start[i], ids);
+        let motion = gather::<S, L>(lanes, |i| self.bodies.get(i).motion, ids);
+        let mut bodies = Self::bodies(lanes, &motion, &S::Kept::all(Eight::default()));
         let half = Real::all(lanes, 0.5);
         let d = <S::Vectors<f32> as Several<f32>>::LEN;
-        for (v, start) in bodies.velocity.slice_mut().iter_mut().zip(&start) {
-            *v = half * (*start + *v);
+        for k in 0..d {
+            bodies.velocity[k] = half * (start[k] + bodies.velocity[k]);
         }
-        for (w, start) in bodies.spin.slice_mut().iter_mut().zip(&start[d..]) {
-            *w = half * (*start + *w);
+        for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
+            bodies.spin[k] = half * (start[d + k] + bodies.spin[k]);
         }
         bodies
     }
 
-    /// Velocities and inverse masses of eight bodies; of their inertias only what is kept in packs.
+    /// Eight bodies from their motions; of their inertias only what is kept in packs.
     #[inline(always)]
-    fn gather_motion<L: Lanes>(
-        &self,
-        lanes: L,
-        ids: &[u32; WIDTH],
-        kept: &S::Kept<Eight>,
-    ) -> Eightfold<S, L> {
-        let rows = gather(lanes, |i| self.motion.get(i), ids);
+    fn bodies<L: Lanes>(lanes: L, motion: &Columns<S, L>, kept: &S::Kept<Eight>) -> Eightfold<S, L> {
         let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
-        let mut velocity = S::Vectors::all(rows[0]);
-        let mut spin = S::Spins::all(rows[0]);
+        let mut velocity = S::Vectors::all(motion[0]);
+        let mut spin = S::Spins::all(motion[0]);
         for k in 0..d {
-            velocity[k] = rows[k];
+            velocity[k] = motion[k];
         }
         for k in 0..a {
-            spin[k] = rows[d + k];
+            spin[k] = motion[d + k];
         }
-        let mut inverse_inertia = S::Inertias::all(rows[0]);
+        let mut inverse_inertia = S::Inertias::all(motion[0]);
         for k in 0..<S::Kept<f32> as Several<f32>>::LEN {
             inverse_inertia[k] = Real::load(lanes, &kept[k]);
         }
-        Eightfold { rows, velocity, spin, inverse_mass: rows[const { mass_at::<S>() }], inverse_inertia }
+        Eightfold { velocity, spin, inverse_mass: motion[d + a], inverse_inertia }
+    }
+
+    /// Takes in the inverse inertias of eight bodies, where packs do not keep them.
+    #[inline(always)]
+    fn look_up_inertias<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH], bodies: &mut Eightfold<S, L>) {
+        if <S::Kept<f32> as Several<f32>>::LEN < <S::Inertias<f32> as Several<f32>>::LEN {
+            let numbers = gather::<S, L>(lanes, |i| self.inertia[i], ids);
+            for k in 0..<S::Inertias<f32> as Several<f32>>::LEN {
+                bodies.inverse_inertia[k] = numbers[k];
+            }
+        }
     }
 
     /// Velocities and inverse masses of eight bodies, whose pack keeps this of them.
     #[inline(always)]
     pub fn gather<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH], kept: &S::Kept<Eight>) -> Eightfold<S, L> {
-        let mut bodies = self.gather_motion(lanes, ids, kept);
-        if <S::Kept<f32> as Several<f32>>::LEN < <S::Inertias<f32> as Several<f32>>::LEN {
-            let rows = gather(lanes, |i| self.inertia[i], ids);
-            let numbers = bodies.inverse_inertia.slice_mut();
-            numbers.iter_mut().zip(&rows).for_each(|(number, row)| *number = *row);
-        }
+        let motion = gather::<S, L>(lanes, |i| self.bodies.get(i).motion, ids);
+        let mut bodies = Self::bodies(lanes, &motion, kept);
+        self.look_up_inertias(lanes, ids, &mut bodies);
         bodies
+    }
+
+    /// The same, and how they moved since the step began.
+    #[inline(always)]
+    pub fn gather_moved<L: Lanes>(
+        &self,
+        lanes: L,
+        ids: &[u32; WIDTH],
+        kept: &S::Kept<Eight>,
+    ) -> (Eightfold<S, L>, Moved<S, L>) {
+        let (mut motion, mut moved) = ([S::Record::default(); WIDTH], [S::Record::default(); WIDTH]);
+        for k in 0..WIDTH {
+            let body = self.bodies.get(ids[k] as usize);
+            (motion[k], moved[k]) = (body.motion, body.moved);
+        }
+        let (motion, moved) = (S::Record::columns(lanes, motion), S::Record::columns(lanes, moved));
+        let mut bodies = Self::bodies(lanes, &motion, kept);
+        self.look_up_inertias(lanes, ids, &mut bodies);
+        let d = <S::Vectors<f32> as Several<f32>>::LEN;
+        let mut by = S::Vectors::all(moved[0]);
+        let mut turn = S::Turns::all(moved[0]);
+        for k in 0..d {
+            by[k] = moved[k];
+        }
+        for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
+            turn[k] = moved[d + k];
+        }
+        (bodies, Moved { by, turn })
     }
 
     /// What packs keep of eight bodies' inverse inertias, so that a sweep gathers only what changes.
@@ -341,7 +348,7 @@ impl<S: Wide> Table<'_, S> {
     pub fn kept<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> S::Kept<Eight> {
         let mut kept = S::Kept::all(Eight::default());
         if <S::Kept<f32> as Several<f32>>::LEN > 0 {
-            let rows = gather(lanes, |i| self.inertia[i], ids);
+            let rows = gather::<S, L>(lanes, |i| self.inertia[i], ids);
             for k in 0..<S::Kept<f32> as Several<f32>>::LEN {
                 kept[k] = rows[k].store();
             }
@@ -352,39 +359,21 @@ impl<S: Wide> Table<'_, S> {
     /// Writes velocities back. Not those of obstacles, which impulses do not change and packs of a colour share.
     #[inline(always)]
     pub fn scatter<L: Lanes>(&self, ids: &[u32; WIDTH], bodies: &Eightfold<S, L>) {
-        let d = <S::Vectors<f32> as Several<f32>>::LEN;
-        let (mut rows, velocity) = (bodies.rows, bodies.velocity);
+        let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
+        let mut numbers = Columns::<S, L>::all(bodies.inverse_mass);
         for k in 0..d {
-            rows[k] = velocity[k];
+            numbers[k] = bodies.velocity[k];
         }
-        for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
-            rows[d + k] = bodies.spin[k];
+        for k in 0..a {
+            numbers[d + k] = bodies.spin[k];
         }
-        let rows = Real::turn(rows);
-        let free = self.motion.behind(self.obstacles as usize);
+        let rows = S::Record::rows(numbers);
+        let free = self.bodies.behind(self.obstacles as usize);
         for k in 0..WIDTH {
-            free.set(ids[k] as usize, rows[k].store());
+            if let Some(own) = free.get(ids[k] as usize) {
+                own.set(Body { motion: rows[k], ..own.get() });
+            }
         }
-    }
-
-    /// How eight bodies moved since the step began; `bodies` are the same ones.
-    #[inline(always)]
-    pub fn moved<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH], bodies: &Eightfold<S, L>) -> Moved<S, L> {
-        let rows = if const { moves_beside::<S>() } {
-            bodies.rows
-        } else {
-            gather(lanes, |i| self.moved.get(i), ids)
-        };
-        let (d, at) = (<S::Vectors<f32> as Several<f32>>::LEN, const { moved_at::<S>() });
-        let mut by = S::Vectors::all(rows[0]);
-        let mut turn = S::Turns::all(rows[0]);
-        for k in 0..d {
-            by[k] = rows[at + k];
-        }
-        for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
-            turn[k] = rows[at + d + k];
-        }
-        Moved { by, turn }
     }
 
     /// Velocities of some records after a substep's loads. From the second substep on also after its warm start: arms and inertias
@@ -392,37 +381,43 @@ impl<S: Wide> Table<'_, S> {
     #[inline(always)]
     pub fn accelerate<L: Lanes>(&self, lanes: L, records: Range<usize>, substep: usize) {
         let (none, is_velocity) = (Real::all(lanes, 0.0), Real::load(lanes, const { &of_velocities::<S>() }));
-        let motions = self.motion.row(records.clone());
+        let bodies = self.bodies.row(records.clone());
         // what lies beside the velocities stays
         if substep == 0 {
             // before the first substep `before` is the velocity without the warm start
-            for (motion, load) in motions.iter().zip(&self.load[records]) {
-                let v = Real::load(lanes, &motion.get());
-                motion.set(none.if_less(is_velocity, v + Real::load(lanes, load), v).store());
+            for (own, load) in bodies.iter().zip(&self.load[records]) {
+                let body = own.get();
+                let v = Real::load(lanes, &body.motion.eight());
+                let loaded = v + Real::load(lanes, &load.eight());
+                let motion = S::Record::of(none.if_less(is_velocity, loaded, v).store());
+                own.set(Body { motion, ..body });
             }
             return;
         }
-        for (motion, before) in motions.iter().zip(self.before.row(records)) {
-            let now = motion.get();
-            let v = Real::load(lanes, &now);
-            let faster = v + (v - Real::load(lanes, &before.get()));
-            motion.set(none.if_less(is_velocity, faster, v).store());
-            before.set(now);
+        for (own, before) in bodies.iter().zip(self.before.row(records)) {
+            let body = own.get();
+            let v = Real::load(lanes, &body.motion.eight());
+            let faster = v + (v - Real::load(lanes, &before.get().eight()));
+            let motion = S::Record::of(none.if_less(is_velocity, faster, v).store());
+            own.set(Body { motion, ..body });
+            before.set(body.motion);
         }
     }
 
     /// A body's motion, and what leads it on: its motion before the last sweep, and the direction.
     #[inline(always)]
     pub fn led(&self, i: usize) -> (Eight, [Eight; 2]) {
-        (self.motion.get(i), [self.led[0].get(i), self.led[1].get(i)])
+        (self.bodies.get(i).motion.eight(), [self.led[0].get(i), self.led[1].get(i)])
     }
 
     /// Replaces a body's velocities, not what lies beside them, and what leads it on.
     #[inline(always)]
     pub fn lead<L: Lanes>(&self, lanes: L, i: usize, now: Eight, [before, direction]: [Eight; 2]) {
         let (none, is_velocity) = (Real::all(lanes, 0.0), Real::load(lanes, const { &of_velocities::<S>() }));
-        let (old, new) = (Real::load(lanes, &self.motion.get(i)), Real::load(lanes, &now));
-        self.motion.set(i, none.if_less(is_velocity, new, old).store());
+        let body = self.bodies.get(i);
+        let (old, new) = (Real::load(lanes, &body.motion.eight()), Real::load(lanes, &now));
+        let motion = S::Record::of(none.if_less(is_velocity, new, old).store());
+        self.bodies.set(i, Body { motion, ..body });
         self.led[0].set(i, before);
         self.led[1].set(i, direction);
     }
@@ -430,29 +425,32 @@ impl<S: Wide> Table<'_, S> {
     /// Poses of some records after a substep of length `h` \[s\], eight at a time.
     #[inline(always)]
     pub fn move_on<L: Lanes>(&self, lanes: L, records: Range<usize>, h: f32) {
-        let (d, at) = (<S::Vectors<f32> as Several<f32>>::LEN, const { moved_at::<S>() });
-        let (h, beside) = (Real::all(lanes, h), const { moves_beside::<S>() });
-        let motions = self.motion.row(records.clone());
-        let moved = if beside { motions } else { self.moved.row(records) };
-        for (motions, moved) in motions.chunks(WIDTH).zip(moved.chunks(WIDTH)) {
-            let motion = in_a_row(lanes, motions);
-            let mut rows = if beside { motion } else { in_a_row(lanes, moved) };
+        let (d, h) = (<S::Vectors<f32> as Several<f32>>::LEN, Real::all(lanes, h));
+        for bodies in self.bodies.row(records).chunks(WIDTH) {
+            let (mut motion, mut moved) = ([S::Record::default(); WIDTH], [S::Record::default(); WIDTH]);
+            for k in 0..WIDTH {
+                // where fewer are left the last one fills the other lanes
+                let body = bodies[k.min(bodies.len() - 1)].get();
+                (motion[k], moved[k]) = (body.motion, body.moved);
+            }
+            let motion = S::Record::columns(lanes, motion);
+            let mut numbers = S::Record::columns(lanes, moved);
             let (mut turn, mut angle) = (S::Turns::all(h), S::Spins::all(h));
             for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
-                turn[k] = rows[at + d + k];
+                turn[k] = numbers[d + k];
             }
             for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
                 angle[k] = h * motion[d + k];
             }
             let turn = S::turned_by(&turn, &angle);
             for k in 0..d {
-                rows[at + k] += h * motion[k];
+                numbers[k] += h * motion[k];
             }
             for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
-                rows[at + d + k] = turn[k];
+                numbers[d + k] = turn[k];
             }
-            for (to, row) in moved.iter().zip(Real::turn(rows)) {
-                to.set(row.store());
+            for (own, moved) in bodies.iter().zip(S::Record::rows(numbers)) {
+                own.set(Body { moved, ..own.get() });
             }
         }
     }
@@ -461,7 +459,7 @@ impl<S: Wide> Table<'_, S> {
 impl<S: Wide> Records<S> {
     /// Velocity and spin of a record.
     pub fn motion_of(&self, record: u32) -> (S::Vectors<f32>, S::Spins<f32>) {
-        let numbers = &self.motion[record as usize].0;
+        let numbers = self.bodies[record as usize].motion.eight().0;
         let (mut v, mut w) = (S::Vectors::all(0.0), S::Spins::all(0.0));
         let d = v.slice().len();
         v.slice_mut().copy_from_slice(&numbers[..d]);
@@ -474,8 +472,8 @@ impl<S: Wide> Records<S> {
     /// does in each.
     pub fn flew(&self, record: u32, substeps: usize) -> bool {
         let record = record as usize;
-        let (motion, load) = (&self.motion[record].0, &self.load[record].0);
-        let mut before = self.start[record].0;
+        let (motion, load) = (self.bodies[record].motion.eight().0, self.load[record].eight().0);
+        let mut before = self.start[record].eight().0;
         let mut v = before;
         for k in 0..WIDTH {
             v[k] += load[k];
@@ -491,8 +489,7 @@ impl<S: Wide> Records<S> {
 
     /// Displacement and change of attitude of a record.
     pub fn moved_of(&self, record: u32) -> (S::Vectors<f32>, S::Turns<f32>) {
-        let list = if const { moves_beside::<S>() } { &self.motion } else { &self.moved };
-        let numbers = &list[record as usize].0[const { moved_at::<S>() }..];
+        let numbers = self.bodies[record as usize].moved.eight().0;
         let (mut by, mut turn) = (S::Vectors::all(0.0), S::no_turn());
         let d = by.slice().len();
         by.slice_mut().copy_from_slice(&numbers[..d]);

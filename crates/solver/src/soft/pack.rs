@@ -47,13 +47,18 @@ pub struct Pack<S: Wide> {
     pub points: S::Points<PackPoint<S>>,
 }
 
-/// What few patches need, and what is told of a step, beside the packs.
+/// What few patches need, and what is told of a step, beside the packs. What every sweep needs of it comes first.
 #[derive(Clone, Copy)]
+#[repr(C)]
 pub struct Beside<S: Wide> {
     /// Normal impulses over the step so far.
     pub total: S::Points<Eight>,
     /// Friction's impulses over the step so far.
     pub rubbed: S::Spins<Eight>,
+    /// True when a patch bounces.
+    pub bounces: bool,
+    /// True when a patch resists rolling.
+    pub resists: bool,
     /// Largest velocity that the last sweep changed \[m/s\].
     pub changed: Eight,
     /// Squared change of the last sweep, as the energy that it makes alone \[J\]; written where directions lead.
@@ -62,16 +67,12 @@ pub struct Beside<S: Wide> {
     pub pressing_work: Eight,
     /// Work of friction over the step, rolling friction included \[J\].
     pub rubbing_work: Eight,
-    /// True when a patch bounces.
-    pub bounces: bool,
     /// Coefficients of restitution.
     pub restitution: Eight,
     /// Normal velocities at the step's start \[m/s\].
     pub approach: S::Points<Eight>,
     /// Energy that restitution may give back \[J\].
     pub returnable: Eight,
-    /// True when a patch resists rolling.
-    pub resists: bool,
     /// Coefficients of rolling friction \[m\].
     pub rolling: Eight,
     /// Effective inertias against rolling.
@@ -231,6 +232,7 @@ impl<S: Wide> Beside<S> {
 }
 
 /// What only preconditions a patch, in registers.
+#[derive(Clone, Copy)]
 pub struct Masses<S: Wide, L: Lanes> {
     /// Effective masses of the points \[kg\].
     pub points: S::Points<Real<L>>,
@@ -251,25 +253,25 @@ macro_rules! in_order {
         let points = <S::Points<f32> as Several<f32>>::LEN;
         let spins = <S::Spins<f32> as Several<f32>>::LEN;
         for i in 0..points {
-            let $number = &mut $masses.points[i];
+            let $number = $masses.points[i];
             $visit;
         }
         for i in 0..points {
             for j in i + 1..points {
-                let $number = &mut $masses.between[i][j];
+                let $number = $masses.between[i][j];
                 $visit;
             }
         }
         for k in 0..spins {
             for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
-                let $number = &mut $masses.coupling[k][m];
+                let $number = $masses.coupling[k][m];
                 $visit;
             }
         }
-        let $number = &mut $masses.slip;
+        let $number = $masses.slip;
         $visit;
         if spins > 1 {
-            let $number = &mut $masses.twist;
+            let $number = $masses.twist;
             $visit;
         }
     };
@@ -294,11 +296,11 @@ impl<S: Wide, L: Lanes> Masses<S, L> {
 
     /// Keeps them in pairs.
     #[inline(always)]
-    pub fn store(mut self) -> S::Pairs<Eight> {
+    pub fn store(self) -> S::Pairs<Eight> {
         let mut flat = [self.slip.like(0.0); MOST];
         let mut count = 0..MOST;
         in_order!(self, number => if let Some(k) = count.next() {
-            flat[k] = *number;
+            flat[k] = number;
         });
         let mut pairs: S::Pairs<Eight> = S::Pairs::all(Eight::default());
         for k in 0..<S::Pairs<f32> as Several<f32>>::LEN {
@@ -306,33 +308,112 @@ impl<S: Wide, L: Lanes> Masses<S, L> {
         }
         pairs
     }
+}
 
-    /// Takes them out of their pairs.
+/// The same as a pack keeps them, read one by one where they are used: all of them at once would not fit into registers.
+pub struct Kept<'a, S: Wide, L: Lanes> {
+    lanes: L,
+    pairs: &'a S::Pairs<Eight>,
+}
+
+impl<'a, S: Wide, L: Lanes> Kept<'a, S, L> {
+    const POINTS: usize = <S::Points<f32> as Several<f32>>::LEN;
+    const SPINS: usize = <S::Spins<f32> as Several<f32>>::LEN;
+    const VECTORS: usize = <S::Vectors<f32> as Several<f32>>::LEN;
+    /// Points and what is between them come first.
+    const COUPLING: usize = Self::POINTS * (Self::POINTS + 1) / 2;
+    const SLIP: usize = Self::COUPLING + Self::SPINS * Self::VECTORS;
+
+    /// Those of a pack.
     #[inline(always)]
-    pub fn load(lanes: L, pairs: &S::Pairs<Eight>) -> Self {
-        let mut flat = [Real::all(lanes, 0.0); MOST];
-        for k in 0..<S::Pairs<f32> as Several<f32>>::LEN {
-            let (one, other) = Real::load(lanes, &pairs[k]).parts();
-            flat[2 * k] = one;
-            flat[2 * k + 1] = other;
+    pub fn of(lanes: L, pairs: &'a S::Pairs<Eight>) -> Self {
+        Kept { lanes, pairs }
+    }
+    #[inline(always)]
+    fn number(&self, k: usize) -> Real<L> {
+        let (one, other) = Real::load(self.lanes, &self.pairs[k / 2]).parts();
+        if k % 2 == 0 { one } else { other }
+    }
+    /// Effective mass of a point \[kg\].
+    #[inline(always)]
+    pub fn point(&self, i: usize) -> Real<L> {
+        self.number(i)
+    }
+    /// Inverse mass between points i < j \[1/kg\].
+    #[inline(always)]
+    pub fn between(&self, i: usize, j: usize) -> Real<L> {
+        let before = i * (2 * Self::POINTS - i - 1) / 2;
+        self.number(Self::POINTS + before + (j - i - 1))
+    }
+    /// What friction's k-th velocity gets from the normal group's impulses.
+    #[inline(always)]
+    pub fn coupling(&self, k: usize) -> S::Vectors<Real<L>> {
+        let mut row = S::Vectors::all(Real::all(self.lanes, 0.0));
+        for m in 0..Self::VECTORS {
+            row[m] = self.number(Self::COUPLING + k * Self::VECTORS + m);
         }
-        let mut out = Masses::<S, L>::zero(lanes);
-        let mut count = 0..MOST;
-        in_order!(out, number => if let Some(k) = count.next() {
-            *number = flat[k];
-        });
-        out
+        row
+    }
+    /// Effective mass against slip \[kg\].
+    #[inline(always)]
+    pub fn slip(&self) -> Real<L> {
+        self.number(Self::SLIP)
+    }
+    /// Effective inertia against spinning about the normal \[kg m^2\]; of space alone.
+    #[inline(always)]
+    pub fn twist(&self) -> Real<L> {
+        self.number(Self::SLIP + 1)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use carom_math::lanes::Portable;
     use carom_math::{Planar, Spatial};
 
     #[test]
     fn a_patch_stays_within_its_bytes() {
         assert!(size_of::<Pack<Spatial>>() / WIDTH <= 180, "{}", size_of::<Pack<Spatial>>());
         assert!(size_of::<Pack<Planar>>() / WIDTH <= 90, "{}", size_of::<Pack<Planar>>());
+    }
+
+    fn kept_masses_are_read_where_they_were_put<S: Wide>() {
+        let mut masses = Masses::<S, Portable>::zero(Portable);
+        let mut next = 0.0;
+        let mut number = || {
+            next += 1.0;
+            Real::all(Portable, next)
+        };
+        let (points, spins) = (<S::Points<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
+        masses.points.slice_mut().iter_mut().for_each(|x| *x = number());
+        for i in 0..points {
+            masses.between[i].slice_mut()[i + 1..].iter_mut().for_each(|x| *x = number());
+        }
+        for k in 0..spins {
+            masses.coupling[k].slice_mut().iter_mut().for_each(|x| *x = number());
+        }
+        (masses.slip, masses.twist) = (number(), number());
+        let pairs = masses.store();
+        let kept = Kept::<S, Portable>::of(Portable, &pairs);
+        let same = |a: Real<Portable>, b: Real<Portable>| assert_eq!(a.store(), b.store());
+        for i in 0..points {
+            same(kept.point(i), masses.points[i]);
+            (i + 1..points).for_each(|j| same(kept.between(i, j), masses.between[i][j]));
+        }
+        for k in 0..spins {
+            let row = kept.coupling(k);
+            row.slice().iter().zip(masses.coupling[k].slice()).for_each(|(a, b)| same(*a, *b));
+        }
+        same(kept.slip(), masses.slip);
+        if spins > 1 {
+            same(kept.twist(), masses.twist);
+        }
+    }
+
+    #[test]
+    fn kept_masses_are_read_where_they_were_put_in_plane_and_space() {
+        kept_masses_are_read_where_they_were_put::<Planar>();
+        kept_masses_are_read_where_they_were_put::<Spatial>();
     }
 }

@@ -3,7 +3,7 @@
 
 use super::pack::APART;
 use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
-use carom_math::wide::Plain;
+use carom_math::several::Plain;
 use carom_math::{Several, Wide};
 use std::ops::{Index, IndexMut};
 

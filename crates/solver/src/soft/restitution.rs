@@ -7,7 +7,7 @@
 //! are those before the step's loads.
 
 use super::bodies::Table;
-use super::pack::{Beside, Masses, Pack};
+use super::pack::{Beside, Kept, Pack};
 use super::prepare::{Frame, lever};
 use carom_math::lanes::{Lanes, Real};
 use carom_math::wide::inner;
@@ -45,7 +45,7 @@ pub fn bounce<S: Wide, L: Lanes>(
     let (mut a, mut b) =
         (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
     let (normal_twist, _) = frame.twist(&a, &b);
-    let masses = Masses::<S, L>::load(lanes, &pack.masses);
+    let masses = Kept::<S, L>::of(lanes, &pack.masses);
     let (zero, rest) = (Real::all(lanes, 0.0), Real::all(lanes, -rest_speed));
     let restitution = Real::load(lanes, &beside.restitution);
     let mut pressing = S::Vectors::all(zero);
@@ -57,12 +57,12 @@ pub fn bounce<S: Wide, L: Lanes>(
         let total = Real::load(lanes, &beside.total[i]);
         let impulse = Real::load(lanes, &pack.points[i].impulse);
         let wanted = inner(&lever, &normal_twist) + lost[i] + restitution * approach;
-        let new = (impulse - masses.points[i] * wanted).max(zero);
+        let new = (impulse - masses.point(i) * wanted).max(zero);
         // only what came in fast and was pressed
         let fast = approach.if_less(rest, new - impulse, zero);
         change[i] = zero.if_less(total, zero.if_less(restitution, fast, zero), zero);
         for j in i + 1..points {
-            lost[j] += masses.between[i][j] * change[i];
+            lost[j] += masses.between(i, j) * change[i];
         }
         for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
             pressing[m] += lever[m] * change[i];

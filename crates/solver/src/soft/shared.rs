@@ -36,7 +36,7 @@ impl<'a, T: Copy> Shared<'a, T> {
     pub fn row(&self, items: Range<usize>) -> &'a [Cell<T>] {
         &self.0[items]
     }
-    /// The items behind the first ones, for who replaces several of them: one look at a place tells whether it is there.
+    /// The items behind the first ones, for who writes to several of them: one look at a place tells whether it is there.
     #[inline(always)]
     pub fn behind(&self, first: usize) -> Behind<'a, T> {
         Behind { items: self.0.get(first..).unwrap_or_default(), first }
@@ -49,12 +49,10 @@ pub struct Behind<'a, T> {
     first: usize,
 }
 
-impl<T: Copy> Behind<'_, T> {
-    /// Replaces an item by its place in the whole list; the first ones stay as they are.
+impl<'a, T: Copy> Behind<'a, T> {
+    /// An item by its place in the whole list; none of the first ones.
     #[inline(always)]
-    pub fn set(&self, i: usize, item: T) {
-        if let Some(own) = self.items.get(i.wrapping_sub(self.first)) {
-            own.set(item);
-        }
+    pub fn get(&self, i: usize) -> Option<&'a Cell<T>> {
+        self.items.get(i.wrapping_sub(self.first))
     }
 }

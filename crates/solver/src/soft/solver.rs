@@ -111,11 +111,12 @@ pub struct Told {
     pub worst: Option<(u32, u32)>,
 }
 
-/// Packs of a chunk, what is beside them, what they gave last, what leads them on, the place of the first, and how many have
-/// obstacles in them.
+/// Packs of a chunk, what is beside them, what they gave last, what leads them on, the place of the first, how many have
+/// obstacles in them, and whether some resist rolling.
 struct Chunk<'a, S: Wide> {
     first: usize,
     with_obstacles: usize,
+    resists: bool,
     packs: &'a mut [Pack<S>],
     besides: &'a mut [Beside<S>],
     lasts: &'a mut [[Eight; WIDTH]],
@@ -267,7 +268,9 @@ impl<S: Wide> SoftSolver<S> {
             (last, lasts) = lasts.split_at_mut(range.len());
             (led, leds) = leds.split_at_mut(range.len().min(leds.len()));
             let (first, with_obstacles) = (range.start, *with_obstacles);
-            let chunk = Chunk { first, with_obstacles, packs: these, besides: beside, lasts: last, led };
+            let resists = false;
+            let chunk =
+                Chunk { first, with_obstacles, resists, packs: these, besides: beside, lasts: last, led };
             chunks.push(Mutex::new(chunk));
         }
         let steps = Steps {
@@ -367,7 +370,12 @@ impl<S: Wide> Steps<'_, S> {
                     _ => {}
                 }
                 let mut chunk = self.chunks[chunk].lock().unwrap_or_else(PoisonError::into_inner);
-                let Chunk { first, with_obstacles, packs, besides, lasts, led } = &mut *chunk;
+                let Chunk { first, with_obstacles, resists, packs, besides, lasts, led } = &mut *chunk;
+                if matches!(task, Task::Pack) {
+                    self.pack(lanes, *first, packs.iter_mut().zip(besides.iter_mut()));
+                    *resists = besides.iter().any(|beside| beside.resists);
+                    continue;
+                }
                 let packs = packs.iter_mut().zip(besides.iter_mut());
                 // loops and no closures: a closure that is not inlined has no registers
                 match *task {
@@ -375,8 +383,8 @@ impl<S: Wide> Steps<'_, S> {
                     | Task::MoveOn
                     | Task::Weigh
                     | Task::LeadBodies
-                    | Task::BeginToLeadBodies => {}
-                    Task::Pack => self.pack(lanes, *first, packs),
+                    | Task::BeginToLeadBodies
+                    | Task::Pack => {}
                     Task::Approach => {
                         for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
                             approach(lanes, pack, beside, table);
@@ -390,12 +398,19 @@ impl<S: Wide> Steps<'_, S> {
                     Task::Sweep(Sweep::Springs, led) => {
                         for (k, (pack, beside)) in packs.enumerate() {
                             let spring = if k < *with_obstacles { &stiffer } else { &spring };
-                            sweep(lanes, pack, beside, table, spring, (Sweep::Springs, led));
+                            sweep::<S, L, true>(
+                                lanes,
+                                pack,
+                                beside,
+                                table,
+                                spring,
+                                (Sweep::Springs, led, *resists),
+                            );
                         }
                     }
                     Task::Sweep(kind, led) => {
                         for (pack, beside) in packs {
-                            sweep(lanes, pack, beside, table, &rigid, (kind, led));
+                            sweep::<S, L, false>(lanes, pack, beside, table, &rigid, (kind, led, *resists));
                         }
                     }
                     Task::BeginToLead => {
@@ -481,8 +496,8 @@ impl<S: Wide> Steps<'_, S> {
 mod tests {
     use super::super::patch::{Numbers, Rare};
     use super::*;
-    use carom_math::Several;
     use carom_math::lanes::{Portable, in_fours};
+    use carom_math::{Record, Several};
 
     /// What a step is taken in.
     #[derive(Clone, Copy)]
@@ -558,7 +573,7 @@ mod tests {
             solver.patches.pairs.push((record, b));
         }
         solver.fill(all.len(), |record| all[record - 1], &Workers::new(2).unwrap());
-        solver.groups.make_one(solver.records.motion.len());
+        solver.groups.make_one(solver.records.bodies.len());
         solver
     }
 
@@ -573,8 +588,8 @@ mod tests {
         let mut pairs = std::mem::take(&mut solver.patches.pairs);
         let given = std::mem::take(&mut solver.records);
         solver.groups = Groups::of_size(size);
-        let places = solver.begin(&mut pairs, (given.motion.len(), 1), choice).to_vec();
-        let mut order: Vec<u32> = (0..given.motion.len() as u32).collect();
+        let places = solver.begin(&mut pairs, (given.bodies.len(), 1), choice).to_vec();
+        let mut order: Vec<u32> = (0..given.bodies.len() as u32).collect();
         order.sort_by_key(|record| places.get(*record as usize).copied().unwrap_or(*record));
         solver.records = given.in_order(&order);
         solver.patches.pairs = pairs;
@@ -618,9 +633,9 @@ mod tests {
     }
 
     fn bits<S: Wide>(solver: &SoftSolver<S>) -> Vec<u32> {
-        let records = solver.records.motion.iter().chain(&solver.records.moved);
+        let records = solver.records.bodies.iter().flat_map(|body| [body.motion, body.moved]);
         let works = solver.beside.iter().flat_map(|b| [&b.pressing_work, &b.rubbing_work, &b.changed]);
-        records.chain(works).flat_map(|r| r.0.map(f32::to_bits)).collect()
+        records.map(|r| r.eight()).chain(works.copied()).flat_map(|r| r.0.map(f32::to_bits)).collect()
     }
 
     fn every_processor_and_number_of_workers_agrees<S: Wide>() {

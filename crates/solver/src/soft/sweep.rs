@@ -6,9 +6,9 @@
 //! contacts are springs with m' = 1, i' = 0.
 
 use super::bodies::{Eightfold, Moved, Table};
-use super::pack::{Beside, Masses, Pack};
+use super::pack::{Beside, Kept, Pack};
 use super::prepare::{Frame, lever};
-use carom_math::lanes::{Lanes, Real};
+use carom_math::lanes::{Eight, Lanes, Real};
 use carom_math::wide::inner;
 use carom_math::{Several, Wide};
 
@@ -91,39 +91,61 @@ fn gaps<S: Wide, L: Lanes>(
     out
 }
 
-/// Impulses that a pack's points would take alone, and what of their effective masses a change of velocity meets.
+/// Impulses that a pack's points would take alone, and what of their effective masses a change of velocity meets; with springs or
+/// without.
 #[inline(always)]
-fn wanted<S: Wide, L: Lanes>(
+fn wanted<S: Wide, L: Lanes, const SPRINGS: bool>(
     lanes: L,
     pack: &Pack<S>,
-    masses: &Masses<S, L>,
+    masses: &Kept<S, L>,
     gaps: &S::Points<Real<L>>,
     twist: &S::Vectors<Real<L>>,
     spring: &Spring,
 ) -> (S::Points<Real<L>>, S::Points<Real<L>>) {
-    let zero = Real::all(lanes, 0.0);
-    let (all, rate) = (Real::all(lanes, 1.0 / spring.h), Real::all(lanes, spring.bias_rate));
-    let (mass_share, impulse_share) =
-        (Real::all(lanes, spring.mass_share), Real::all(lanes, spring.impulse_share));
-    let push = Real::all(lanes, -spring.push_speed);
+    let (zero, all) = (Real::all(lanes, 0.0), Real::all(lanes, 1.0 / spring.h));
     let (mut wanted, mut stiff, mut beyond) = (*gaps, *gaps, *gaps);
     // springs have none
-    if spring.slop > 0.0 {
+    if SPRINGS && spring.slop > 0.0 {
         for gap in beyond.slice_mut() {
             *gap += Real::all(lanes, spring.slop);
         }
     }
     for i in 0..<S::Points<f32> as Several<f32>>::LEN {
-        let lever = lever::<S, L>(lanes, pack, i);
-        let velocity = inner(&lever, twist);
+        let velocity = inner(&lever::<S, L>(lanes, pack, i), twist);
         let impulse = Real::load(lanes, &pack.points[i].impulse);
-        let closes = velocity + gaps[i] * all;
-        let pushes = velocity + (beyond[i].min(zero) * rate).max(push);
-        let soft = impulse - masses.points[i] * mass_share * pushes - impulse_share * impulse;
-        wanted[i] = zero.if_less(gaps[i], impulse - masses.points[i] * closes, soft);
-        stiff[i] = masses.points[i] * zero.if_less(gaps[i], zero.like(1.0), mass_share);
+        let (mass, closes) = (masses.point(i), gaps[i] * all);
+        if SPRINGS {
+            let pushes = beyond[i].min(zero) * Real::all(lanes, spring.bias_rate);
+            let pushes = pushes.max(Real::all(lanes, -spring.push_speed));
+            let speed = velocity + zero.if_less(gaps[i], closes, pushes);
+            let share = zero.if_less(gaps[i], zero, Real::all(lanes, spring.impulse_share));
+            stiff[i] = zero.if_less(gaps[i], mass, mass * Real::all(lanes, spring.mass_share));
+            wanted[i] = impulse - stiff[i] * speed - share * impulse;
+        } else {
+            stiff[i] = mass;
+            wanted[i] = impulse - mass * (velocity + closes.max(zero));
+        }
     }
     (wanted, stiff)
+}
+
+/// What a disc of this radius holds of impulses along tangents: in the plane a stretch. What is not a number stays so.
+#[inline(always)]
+fn within<S: Wide, L: Lanes>(impulses: &S::Slips<Real<L>>, radius: Real<L>) -> S::Slips<Real<L>> {
+    let mut out = *impulses;
+    if <S::Slips<f32> as Several<f32>>::LEN == 1 {
+        out[0] = (-radius).max(radius.min(out[0]));
+        return out;
+    }
+    let mut square = radius.like(1e-30);
+    for x in impulses.slice() {
+        square += *x * *x;
+    }
+    let scale = radius.like(1.0).min(radius / square.sqrt());
+    for x in out.slice_mut() {
+        *x = *x * scale;
+    }
+    out
 }
 
 /// Friction's new impulses: the disc of `limit` for those along tangents, `twist_limit` for that about the normal.
@@ -131,64 +153,63 @@ fn wanted<S: Wide, L: Lanes>(
 fn rub<S: Wide, L: Lanes>(
     old: &S::Spins<Real<L>>,
     velocity: &S::Spins<Real<L>>,
-    masses: &Masses<S, L>,
+    masses: &Kept<S, L>,
     limit: Real<L>,
     twist_limit: Real<L>,
 ) -> S::Spins<Real<L>> {
     let slips = <S::Slips<f32> as Several<f32>>::LEN;
-    let mut new = *old;
-    let mut square = limit.like(1e-30);
+    let (mut new, mut along) = (*old, S::Slips::all(limit));
     for k in 0..slips {
-        new[k] = old[k] - masses.slip * velocity[k];
-        square += new[k] * new[k];
+        along[k] = old[k] - masses.slip() * velocity[k];
     }
-    let scale = limit.like(1.0).min(limit / square.sqrt());
+    let along = within::<S, L>(&along, limit);
     for k in 0..slips {
-        new[k] = new[k] * scale;
+        new[k] = along[k];
     }
     if <S::Spins<f32> as Several<f32>>::LEN > slips {
-        let torque = old[slips] - masses.twist * velocity[slips];
+        let torque = old[slips] - masses.twist() * velocity[slips];
         new[slips] = torque.min(twist_limit).max(-twist_limit);
     }
     new
 }
 
 /// One sweep over a pack; a relaxing one adds the substep's impulses to those of the step, and the last also tells the
-/// largest velocity that it still changed at a point or by friction \[m/s\]; one that is `led` tells its squared change.
+/// largest velocity that it still changed at a point or by friction \[m/s\]; one that is `led` tells its squared change. One with
+/// `SPRINGS` is [`Sweep::Springs`], others are not. Where nobody `resists` rolling nobody is asked.
 #[inline(always)]
-pub fn sweep<S: Wide, L: Lanes>(
+pub fn sweep<S: Wide, L: Lanes, const SPRINGS: bool>(
     lanes: L,
     pack: &mut Pack<S>,
     beside: &mut Beside<S>,
     records: &Table<S>,
     spring: &Spring,
-    (kind, led): (Sweep, bool),
+    (kind, led, resists): (Sweep, bool, bool),
 ) {
     let relaxes = matches!(kind, Sweep::Relaxing | Sweep::Last);
     let points = <S::Points<f32> as Several<f32>>::LEN;
     let frame = Frame::of(lanes, pack);
-    let (mut a, mut b) =
-        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
-    let moved = (records.moved(lanes, &pack.a, &a), records.moved(lanes, &pack.b, &b));
-    let gaps = gaps(lanes, pack, &frame, moved);
+    let (mut a, moved_a) = records.gather_moved(lanes, &pack.a, &pack.inertia[0]);
+    let (mut b, moved_b) = records.gather_moved(lanes, &pack.b, &pack.inertia[1]);
+    let gaps = gaps(lanes, pack, &frame, (moved_a, moved_b));
     let (mut normal_twist, mut slip_twist) = frame.twist(&a, &b);
-    let masses = Masses::<S, L>::load(lanes, &pack.masses);
     let zero = Real::all(lanes, 0.0);
     let mut pressing = S::Vectors::all(zero);
     let mut sum = zero;
-    if beside.resists {
+    let resists = resists && beside.resists;
+    if resists {
         // the couplings between points know nothing of it: it comes first, and they see what it left
         roll(lanes, pack, beside, &frame, &normal_twist, [&mut a, &mut b]);
         normal_twist = frame.twist(&a, &b).0;
     }
-    let (mut wanted, stiff) = wanted(lanes, pack, &masses, &gaps, &normal_twist, spring);
+    let masses = Kept::<S, L>::of(lanes, &pack.masses);
+    let (mut wanted, stiff) = wanted::<S, L, SPRINGS>(lanes, pack, &masses, &gaps, &normal_twist, spring);
     let mut change = gaps;
     for i in 0..points {
         let impulse = Real::load(lanes, &pack.points[i].impulse);
         let new = wanted[i].max(zero);
         change[i] = new - impulse;
         for j in i + 1..points {
-            wanted[j] -= stiff[j] * masses.between[i][j] * change[i];
+            wanted[j] -= stiff[j] * masses.between(i, j) * change[i];
         }
         let lever = lever::<S, L>(lanes, pack, i);
         for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
@@ -200,23 +221,26 @@ pub fn sweep<S: Wide, L: Lanes>(
             beside.total[i] = (Real::load(lanes, &beside.total[i]) + new).store();
         }
     }
-    if beside.resists {
+    if resists {
         let given = keep_rolling_within::<S, L>(lanes, beside, sum, relaxes);
         for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
             pressing[k + 1] += given[k];
         }
     }
     for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
-        slip_twist[k] += inner(&masses.coupling[k], &pressing);
+        slip_twist[k] += inner(&masses.coupling(k), &pressing);
     }
-    let rubbing = friction(lanes, pack, beside, &masses, &slip_twist, sum, relaxes);
+    let limit = Real::load(lanes, &pack.friction) * sum;
+    let limits = [limit, Real::load(lanes, &pack.twisting) * sum];
+    let kept = (&mut pack.rubbing, relaxes.then_some(&mut beside.rubbed));
+    let rubbing = friction::<S, L>(lanes, kept, &masses, &slip_twist, limits);
     if kind == Sweep::Last {
         let mut worst = zero;
         for i in 0..points {
-            worst = (change[i] / masses.points[i]).abs().max(worst);
+            worst = (change[i] / masses.point(i)).abs().max(worst);
         }
         for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
-            worst = (rubbing[k] / masses.slip).abs().max(worst);
+            worst = (rubbing[k] / masses.slip()).abs().max(worst);
         }
         beside.changed = worst.store();
     }
@@ -224,12 +248,12 @@ pub fn sweep<S: Wide, L: Lanes>(
         let mut length = zero;
         for i in 0..points {
             // of points that are not there the mass is zero
-            let own = change[i] * change[i] / masses.points[i];
-            length += zero.if_less(masses.points[i], own, zero);
+            let own = change[i] * change[i] / masses.point(i);
+            length += zero.if_less(masses.point(i), own, zero);
         }
         for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
-            let own = rubbing[k] * rubbing[k] / masses.slip;
-            length += zero.if_less(masses.slip, own, zero);
+            let own = rubbing[k] * rubbing[k] / masses.slip();
+            length += zero.if_less(masses.slip(), own, zero);
         }
         beside.length = length.store();
     }
@@ -238,30 +262,28 @@ pub fn sweep<S: Wide, L: Lanes>(
     records.scatter(&pack.b, &b);
 }
 
-/// Friction of a pack by the velocities that its normal impulses left; returns what it changed.
+/// Friction of a pack by the velocities that its normal impulses left, within limits along the tangents and about the normal;
+/// returns what it changed. Impulses are kept, and added to those of the step where it is to be told.
 #[inline(always)]
 fn friction<S: Wide, L: Lanes>(
     lanes: L,
-    pack: &mut Pack<S>,
-    beside: &mut Beside<S>,
-    masses: &Masses<S, L>,
+    (impulses, mut told): (&mut S::Spins<Eight>, Option<&mut S::Spins<Eight>>),
+    masses: &Kept<S, L>,
     velocity: &S::Spins<Real<L>>,
-    sum: Real<L>,
-    relaxes: bool,
+    [limit, twist_limit]: [Real<L>; 2],
 ) -> S::Spins<Real<L>> {
     let spins = <S::Spins<f32> as Several<f32>>::LEN;
     let mut old = *velocity;
     for k in 0..spins {
-        old[k] = Real::load(lanes, &pack.rubbing[k]);
+        old[k] = Real::load(lanes, &impulses[k]);
     }
-    let limit = Real::load(lanes, &pack.friction) * sum;
-    let new = rub(&old, velocity, masses, limit, Real::load(lanes, &pack.twisting) * sum);
+    let new = rub(&old, velocity, masses, limit, twist_limit);
     let mut change = new;
     for k in 0..spins {
         change[k] = new[k] - old[k];
-        pack.rubbing[k] = new[k].store();
-        if relaxes {
-            beside.rubbed[k] = (Real::load(lanes, &beside.rubbed[k]) + new[k]).store();
+        impulses[k] = new[k].store();
+        if let Some(told) = &mut told {
+            told[k] = (Real::load(lanes, &told[k]) + new[k]).store();
         }
     }
     change
@@ -284,18 +306,15 @@ fn roll<S: Wide, L: Lanes>(
     }
     let (mass, limit) = (Real::load(lanes, &beside.rolling_mass), Real::load(lanes, &beside.rolling) * sum);
     let mut pressing = S::Vectors::all(zero);
-    let mut square = zero.like(1e-30);
     let slips = <S::Slips<f32> as Several<f32>>::LEN;
     let mut new = S::Slips::all(zero);
     for k in 0..slips {
         new[k] = Real::load(lanes, &beside.rolling_moment[k]) - mass * twist[k + 1];
-        square += new[k] * new[k];
     }
-    let scale = zero.like(1.0).min(limit / square.sqrt());
+    let new = within::<S, L>(&new, limit);
     for k in 0..slips {
-        let moment = new[k] * scale;
-        pressing[k + 1] = moment - Real::load(lanes, &beside.rolling_moment[k]);
-        beside.rolling_moment[k] = moment.store();
+        pressing[k + 1] = new[k] - Real::load(lanes, &beside.rolling_moment[k]);
+        beside.rolling_moment[k] = new[k].store();
     }
     frame.give(&pressing, &S::Spins::all(zero), a, b);
 }
@@ -310,21 +329,17 @@ fn keep_rolling_within<S: Wide, L: Lanes>(
     relaxes: bool,
 ) -> S::Slips<Real<L>> {
     let slips = <S::Slips<f32> as Several<f32>>::LEN;
-    let mut square = sum.like(1e-30);
-    let mut change = S::Slips::all(sum.like(0.0));
+    let mut old = S::Slips::all(sum);
     for k in 0..slips {
-        let moment = Real::load(lanes, &beside.rolling_moment[k]);
-        change[k] = moment;
-        square += moment * moment;
+        old[k] = Real::load(lanes, &beside.rolling_moment[k]);
     }
-    let limit = Real::load(lanes, &beside.rolling) * sum;
-    let scale = sum.like(1.0).min(limit / square.sqrt());
+    let new = within::<S, L>(&old, Real::load(lanes, &beside.rolling) * sum);
+    let mut change = new;
     for k in 0..slips {
-        let moment = change[k] * scale;
-        change[k] = moment - change[k];
-        beside.rolling_moment[k] = moment.store();
+        change[k] = new[k] - old[k];
+        beside.rolling_moment[k] = new[k].store();
         if relaxes {
-            beside.rolled[k] = (Real::load(lanes, &beside.rolled[k]) + moment).store();
+            beside.rolled[k] = (Real::load(lanes, &beside.rolled[k]) + new[k]).store();
         }
     }
     change

@@ -14,7 +14,8 @@ use crate::abreast::Abreast;
 use crate::ahead::{Ahead, Mover};
 use carom_geometry::Geometry;
 use carom_math::lanes::{Four, Lanes};
-use carom_math::wide::{Plain, inner, minus, plus, times};
+use carom_math::several::Plain;
+use carom_math::wide::{inner, minus, plus, times};
 use carom_math::{Column, Precise, Rotation, Several, Wide};
 
 /// Share of the smaller body's size by which both may have moved against each other, turning included, since \[1\]. Points are

@@ -7,7 +7,8 @@ use crate::abreast::{Abreast, One};
 use crate::material::Coefficients;
 use crate::narrow_phase::Touch;
 use carom_geometry::Geometry;
-use carom_math::wide::{Plain, inner, minus, times};
+use carom_math::several::Plain;
+use carom_math::wide::{inner, minus, times};
 use carom_math::{Column, Precise, Several};
 
 /// Not in any list.
