@@ -108,8 +108,8 @@ impl Lanes for Portable {
     fn columns(self, rows: [Quad; WIDTH]) -> [Reals; 4] {
         let mut out = [[0.0; WIDTH]; 4];
         for (i, row) in rows.iter().enumerate() {
-            for k in 0..4 {
-                out[k][i] = row.0[k];
+            for (column, x) in out.iter_mut().zip(row.0) {
+                column[i] = x;
             }
         }
         out
@@ -118,9 +118,7 @@ impl Lanes for Portable {
     fn rows(self, columns: [Reals; 4]) -> [Quad; WIDTH] {
         let mut out = [Quad::default(); WIDTH];
         for (i, row) in out.iter_mut().enumerate() {
-            for k in 0..4 {
-                row.0[k] = columns[k][i];
-            }
+            row.0 = columns.map(|column| column[i]);
         }
         out
     }

@@ -84,11 +84,8 @@ impl<S: Wide> Stretch<'_, S> {
     fn split(self) -> (Self, Self) {
         let count = BODIES.min(self.bodies.len());
         let bodies = self.bodies.split_at_mut(count);
-        let (mut lists, mut others): ([&mut [S::Record]; 4], [&mut [S::Record]; 4]) = Default::default();
-        for (list, (one, other)) in self.lists.into_iter().zip(lists.iter_mut().zip(&mut others)) {
-            (*one, *other) = list.split_at_mut(count);
-        }
-        let first = self.first;
+        let (first, [a, b, c, d]) = (self.first, self.lists.map(|list| list.split_at_mut(count)));
+        let (lists, others) = ([a.0, b.0, c.0, d.0], [a.1, b.1, c.1, d.1]);
         (
             Stretch { first, bodies: bodies.0, lists },
             Stretch { first: first + count, bodies: bodies.1, lists: others },

@@ -332,7 +332,7 @@ impl<'a, S: Wide, L: Lanes> Kept<'a, S, L> {
     #[inline(always)]
     fn number(&self, k: usize) -> Real<L> {
         let (one, other) = Real::load(self.lanes, &self.pairs[k / 2]).parts();
-        if k % 2 == 0 { one } else { other }
+        if k.is_multiple_of(2) { one } else { other }
     }
     /// Effective mass of a point \[kg\].
     #[inline(always)]
