@@ -82,6 +82,8 @@ pub struct Chunk {
     pub packs: Range<usize>,
     /// So many of them come first, and have obstacles in them.
     pub with_obstacles: usize,
+    /// They are all of a group that one worker takes through the step before its next.
+    pub whole: bool,
 }
 
 /// A group's packs, the end of those that have obstacles, and its records.
@@ -93,9 +95,9 @@ pub struct Share {
 }
 
 impl Share {
-    fn chunk(&self, packs: Range<usize>) -> Chunk {
+    fn chunk(&self, packs: Range<usize>, whole: bool) -> Chunk {
         let with_obstacles = self.with_obstacles.clamp(packs.start, packs.end) - packs.start;
-        Chunk { packs, with_obstacles }
+        Chunk { packs, with_obstacles, whole }
     }
 }
 
@@ -139,7 +141,7 @@ impl Plan {
             let packs = group.packs.len();
             if workers.is_alone() || packs < WORTH_IT || PARTS * workers.count() * packs <= all {
                 self.wholes.push((self.chunks.len(), group.records.clone()));
-                self.chunks.push(group.chunk(group.packs.clone()));
+                self.chunks.push(group.chunk(group.packs.clone(), true));
             } else {
                 self.share(group, &colours.starts, lists);
             }
@@ -220,7 +222,7 @@ impl Plan {
             self.in_a_row(group, row, &mut colours);
             row = packs.end..packs.end;
             let begun = self.chunks.len();
-            let cut = packs.clone().step_by(PACKS).map(|k| group.chunk(k..packs.end.min(k + PACKS)));
+            let cut = packs.clone().step_by(PACKS).map(|k| group.chunk(k..packs.end.min(k + PACKS), false));
             self.chunks.extend(cut);
             colours.push(begun..self.chunks.len());
         }
@@ -232,7 +234,7 @@ impl Plan {
     fn in_a_row(&mut self, group: &Share, packs: Range<usize>, colours: &mut Vec<Range<usize>>) {
         if !packs.is_empty() {
             colours.push(self.chunks.len()..self.chunks.len() + 1);
-            self.chunks.push(group.chunk(packs));
+            self.chunks.push(group.chunk(packs, false));
         }
     }
 

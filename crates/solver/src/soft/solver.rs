@@ -56,7 +56,11 @@ pub struct SoftSolver<S: Wide> {
     records: Records<S>,
     groups: Groups,
     colours: Colours,
+    /// Packs of groups that workers share; each worker has room for those of the group that it takes through a step.
     packs: Vec<Pack<S>>,
+    rooms: Vec<Mutex<Vec<Pack<S>>>>,
+    /// Records of bodies a and b of each pack.
+    ids: Vec<[[u32; WIDTH]; 2]>,
     beside: Vec<Beside<S>>,
     /// What each pack's patches gave in the last substep.
     last: Vec<[Eight; WIDTH]>,
@@ -84,6 +88,8 @@ impl<S: Wide> Default for SoftSolver<S> {
             groups: Groups::default(),
             colours: Colours::default(),
             packs: Vec::new(),
+            rooms: Vec::new(),
+            ids: Vec::new(),
             beside: Vec::new(),
             last: Vec::new(),
             led: Vec::new(),
@@ -111,8 +117,8 @@ pub struct Told {
     pub worst: Option<(u32, u32)>,
 }
 
-/// Packs of a chunk, what is beside them, what they gave last, what leads them on, the place of the first, how many have
-/// obstacles in them, and whether some resist rolling.
+/// Packs of a chunk, unless it is a whole group, whose packs are in its worker's room; what is beside them, what they gave last, what
+/// leads them on, the place of the first, how many have obstacles in them, and whether some resist rolling.
 struct Chunk<'a, S: Wide> {
     first: usize,
     with_obstacles: usize,
@@ -127,6 +133,8 @@ struct Chunk<'a, S: Wide> {
 struct Steps<'a, S: Wide> {
     table: Table<'a, S>,
     chunks: Vec<Mutex<Chunk<'a, S>>>,
+    rooms: &'a [Mutex<Vec<Pack<S>>>],
+    ids: &'a [[[u32; WIDTH]; 2]],
     plan: &'a Plan,
     members: &'a [Range<usize>],
     order: &'a [u32],
@@ -220,11 +228,13 @@ impl<S: Wide> SoftSolver<S> {
             self.put_side_by_side();
         }
         let (pack, beside) = Pack::empty();
-        self.packs.resize(self.members.len(), pack);
         self.beside.resize(self.members.len(), beside);
         self.last.resize(self.members.len(), Default::default());
         let bounces = self.patches.rare.iter().any(|rare| rare.restitution > 0.0);
         self.plan.make((&self.colours, &self.shares), (bounces, choice), workers);
+        let shared = self.plan.chunks.iter().filter(|chunk| !chunk.whole).map(|chunk| chunk.packs.len());
+        self.packs.resize(shared.sum(), pack);
+        self.rooms.resize_with(workers.count(), Mutex::default);
         let leads = choice.rigid.is_some_and(|rigid| rigid.accelerated);
         self.led.resize(if leads { self.members.len() } else { 0 }, Led::none());
         self.records.make_room_to_lead(leads);
@@ -233,6 +243,7 @@ impl<S: Wide> SoftSolver<S> {
     /// Eight patches of a colour to a pack.
     fn put_side_by_side(&mut self) {
         self.members.clear();
+        self.ids.clear();
         self.shares.clear();
         self.places.clear();
         self.places.resize(self.patches.len(), (0, 0));
@@ -243,9 +254,12 @@ impl<S: Wide> SoftSolver<S> {
                 let ends = &self.colours.starts[list..list + 2];
                 for first in (ends[0]..ends[1]).step_by(WIDTH) {
                     let eight = first..ends[1].min(first + WIDTH);
+                    let mut ids = [[0; WIDTH]; 2];
                     for (lane, &k) in self.colours.order[eight.clone()].iter().enumerate() {
                         self.places[k as usize] = (self.members.len() as u32, lane as u8);
+                        (ids[0][lane], ids[1][lane]) = self.patches.pairs[k as usize];
                     }
+                    self.ids.push(ids);
                     self.members.push(eight);
                 }
                 if list < lists.with_obstacles {
@@ -261,9 +275,9 @@ impl<S: Wide> SoftSolver<S> {
         let (mut packs, mut besides) = (self.packs.as_mut_slice(), self.beside.as_mut_slice());
         let (mut lasts, mut leds) = (self.last.as_mut_slice(), self.led.as_mut_slice());
         let mut chunks = Vec::with_capacity(self.plan.chunks.len());
-        for plan::Chunk { packs: range, with_obstacles } in &self.plan.chunks {
+        for plan::Chunk { packs: range, with_obstacles, whole } in &self.plan.chunks {
             let (these, beside, last, led);
-            (these, packs) = packs.split_at_mut(range.len());
+            (these, packs) = packs.split_at_mut(if *whole { 0 } else { range.len() });
             (beside, besides) = besides.split_at_mut(range.len());
             (last, lasts) = lasts.split_at_mut(range.len());
             (led, leds) = leds.split_at_mut(range.len().min(leds.len()));
@@ -276,6 +290,8 @@ impl<S: Wide> SoftSolver<S> {
         let steps = Steps {
             table: self.records.table(self.obstacles),
             chunks,
+            rooms: &self.rooms,
+            ids: &self.ids,
             plan: &self.plan,
             members: &self.members,
             order: &self.colours.order,
@@ -298,7 +314,7 @@ impl<S: Wide> SoftSolver<S> {
             for (lane, changed) in beside.changed.0.iter().enumerate() {
                 if f64::from(*changed) > told.changed {
                     told.changed = f64::from(*changed);
-                    worst = Some((self.packs[place].a[lane], self.packs[place].b[lane]));
+                    worst = Some((self.ids[place][0][lane], self.ids[place][1][lane]));
                 }
             }
         }
@@ -346,6 +362,7 @@ impl<S: Wide> Steps<'_, S> {
         };
         let rigid = spring.relaxing();
         let table = &self.table;
+        let mut room = self.rooms[turns.seat()].lock().unwrap_or_else(PoisonError::into_inner);
         for (stage, turn) in turns {
             let (tasks, chunk, records) = self.plan.turn(stage, turn);
             for task in tasks {
@@ -371,6 +388,7 @@ impl<S: Wide> Steps<'_, S> {
                 }
                 let mut chunk = self.chunks[chunk].lock().unwrap_or_else(PoisonError::into_inner);
                 let Chunk { first, with_obstacles, resists, packs, besides, lasts, led } = &mut *chunk;
+                let packs = if packs.is_empty() { in_room(&mut room, besides.len()) } else { packs };
                 if matches!(task, Task::Pack) {
                     self.pack(lanes, *first, packs.iter_mut().zip(besides.iter_mut()));
                     *resists = besides.iter().any(|beside| beside.resists);
@@ -467,20 +485,19 @@ impl<S: Wide> Steps<'_, S> {
     ) {
         let (_, nothing) = Pack::empty();
         let (none, mut room) = (Patch::none(), EightPatches::default());
-        let Patches { pairs, all, rare, .. } = self.patches;
+        let Patches { all, rare, .. } = self.patches;
         for ((place, (pack, beside)), members) in (first..).zip(packs).zip(&self.members[first..]) {
             if beside.bounces || beside.resists {
                 *beside = nothing;
             }
             let members = &self.order[members.clone()];
+            [pack.a, pack.b] = self.ids[place];
             if let Some(columns) = self.columns {
                 pack.fill(beside, &columns[place]);
             } else {
                 let mut eight = [&none; WIDTH];
-                (pack.a, pack.b) = ([0; WIDTH], [0; WIDTH]);
                 for (lane, &k) in members.iter().enumerate().take(WIDTH) {
                     eight[lane] = &all[k as usize];
-                    (pack.a[lane], pack.b[lane]) = pairs[k as usize];
                 }
                 room.join(lanes, eight);
                 pack.fill(beside, &room);
@@ -490,6 +507,14 @@ impl<S: Wide> Steps<'_, S> {
             }
         }
     }
+}
+
+/// A worker's room for so many packs.
+fn in_room<S: Wide>(room: &mut Vec<Pack<S>>, count: usize) -> &mut [Pack<S>] {
+    if room.len() < count {
+        room.resize(count, Pack::empty().0);
+    }
+    &mut room[..count]
 }
 
 #[cfg(test)]
