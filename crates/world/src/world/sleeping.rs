@@ -24,7 +24,8 @@ const NONE: u32 = u32::MAX;
 pub(super) struct Islands {
     /// Parent of each body in the trees that are joined; entries of bodies that do not move mean nothing.
     parent: Vec<u32>,
-    /// Whether an island, named by its root, stays awake.
+    /// Whether a body has not rested for long enough; and whether an island of those that have, named by its root, stays awake.
+    restless: Vec<bool>,
     awake: Vec<bool>,
     /// Whether an obstacle at rest bears it.
     borne: Vec<bool>,
@@ -36,11 +37,13 @@ impl Islands {
     /// Every mover by itself.
     fn begin(&mut self, bodies: usize, movers: &[u32]) {
         self.parent.resize(bodies, NONE);
+        self.restless.resize(bodies, true);
         self.awake.resize(bodies, false);
         self.borne.resize(bodies, false);
         self.number.resize(bodies, NONE);
         for i in movers.iter().map(|i| *i as usize) {
-            (self.parent[i], self.awake[i], self.borne[i], self.number[i]) = (i as u32, false, false, NONE);
+            (self.parent[i], self.restless[i]) = (i as u32, true);
+            (self.awake[i], self.borne[i], self.number[i]) = (false, false, NONE);
         }
     }
     fn root(&mut self, i: usize) -> usize {
@@ -162,29 +165,53 @@ impl<S: Geometry> World<S> {
         }
         if someone {
             let mut islands = std::mem::take(&mut self.islands);
-            self.find_islands(&mut islands);
-            self.fall_asleep(&mut islands, ledger);
+            if self.find_islands(&mut islands) {
+                self.find_bearers(&mut islands);
+                self.fall_asleep(&mut islands, ledger);
+            }
             self.islands = islands;
         }
     }
 
-    /// Islands of what touches, and which of them stay awake.
-    fn find_islands(&self, islands: &mut Islands) {
+    /// Islands of what touches among those that have rested, and which of them stay awake: those that touch somebody who has not, or
+    /// an obstacle that moves. Tells whether others are left.
+    fn find_islands(&self, islands: &mut Islands) -> bool {
         let bodies = &self.bodies;
         islands.begin(bodies.len(), bodies.movers());
-        let pairs = || self.schemes.soft_step.pairs();
-        for (a, b) in pairs().filter(|(a, b)| bodies.is_dynamic(*a) && bodies.is_dynamic(*b)) {
-            islands.join(a, b);
-        }
-        let moves = |i: usize| !bodies.is_dynamic(i) && bodies.motion.twist(i) != Twist::default();
-        for (a, b) in pairs().filter(|(a, b)| moves(*a) || moves(*b)) {
-            let root = islands.root(if moves(a) { b } else { a });
-            islands.awake[root] = true;
-        }
         for (i, still) in bodies.awake().zip(&self.warm.still) {
-            let root = islands.root(i);
-            islands.awake[root] |= still.since < self.settings.soft.sleep_time;
+            islands.restless[i] = still.since < self.settings.soft.sleep_time;
         }
+        let rests = |islands: &Islands, i: usize| bodies.is_dynamic(i) && !islands.restless[i];
+        let pairs = || self.schemes.soft_step.pairs();
+        for (a, b) in pairs() {
+            if rests(islands, a) && rests(islands, b) {
+                islands.join(a, b);
+            }
+        }
+        let moves = |islands: &Islands, i: usize| match bodies.is_dynamic(i) {
+            true => islands.restless[i],
+            false => bodies.motion.twist(i) != Twist::default(),
+        };
+        for (a, b) in pairs() {
+            for (i, other) in [(a, b), (b, a)] {
+                if rests(islands, i) && moves(islands, other) {
+                    let root = islands.root(i);
+                    islands.awake[root] = true;
+                }
+            }
+        }
+        let mut some_sleep = false;
+        for i in bodies.awake() {
+            let root = islands.root(i);
+            islands.awake[root] |= islands.restless[i];
+            some_sleep |= !islands.awake[root];
+        }
+        some_sleep
+    }
+
+    /// Which islands obstacles at rest bear.
+    fn find_bearers(&self, islands: &mut Islands) {
+        let bodies = &self.bodies;
         let bears = |normal: &S::Points<f64>| normal.slice().iter().any(|force| *force > 0.0);
         for (seen, _) in self.warm.patches.iter().filter(|(_, force)| bears(&force.normal)) {
             let (Some(a), Some(b)) = (bodies.with_serial(seen.pair.0), bodies.with_serial(seen.pair.1))
