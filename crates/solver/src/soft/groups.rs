@@ -9,13 +9,15 @@ use std::ops::Range;
 /// Patches of a group: with fewer packs are less full, more leave what is near.
 const SIZE: usize = 600;
 
-/// Fewer patches than this are one group.
-const MANY: usize = 4 * SIZE;
+/// Fewer patches than this are one group: where much moves groups are found anew in every step, and what they spare is less until
+/// packs go out to memory.
+const MANY: usize = 30 * SIZE;
 
 /// Records by group.
 pub struct Groups {
-    /// Patches of a group.
+    /// Patches of a group, and of how many they are made.
     size: usize,
+    many: usize,
     /// What groups were found for: whom patches join, by records in the order that bodies come in, how many of these there are, and
     /// whether groups are wanted.
     pairs: Vec<(u32, u32)>,
@@ -31,15 +33,16 @@ pub struct Groups {
 
 impl Default for Groups {
     fn default() -> Self {
-        Groups::of_size(SIZE)
+        Groups::of_size(SIZE, MANY)
     }
 }
 
 impl Groups {
-    /// Groups of about so many patches.
-    pub fn of_size(size: usize) -> Self {
+    /// Groups of about so many patches, where there are `many`.
+    pub fn of_size(size: usize, many: usize) -> Self {
         Groups {
             size,
+            many,
             pairs: Vec::new(),
             asked: (0, false),
             partition: Partition::default(),
@@ -61,7 +64,7 @@ impl Groups {
     /// Finds groups for patches between these records, numbered as bodies come; record 0 stands still, and is the only obstacle
     /// where groups are wanted. Tells the place of each record where these change, and writes it into the pairs.
     pub fn find(&mut self, pairs: &mut [(u32, u32)], records: usize, wanted: bool) -> &[u32] {
-        let wanted = wanted && pairs.len() >= MANY.min(self.size.saturating_mul(4));
+        let wanted = wanted && pairs.len() >= self.many;
         if !wanted {
             self.make_one(records);
             return &self.places;
@@ -190,7 +193,7 @@ mod tests {
     #[test]
     fn small_islands_go_together_and_large_ones_alone() {
         let (given, records) = columns(&[4, 25, 3, 2, 12, 1, 9]);
-        let mut groups = Groups::of_size(8);
+        let mut groups = Groups::of_size(8, 32);
         let mut pairs = given.clone();
         let places = groups.find(&mut pairs, records, true).to_vec();
         let mut sorted = places.clone();
@@ -223,7 +226,7 @@ mod tests {
     fn few_patches_and_those_that_want_none_are_one_group() {
         let (given, records) = columns(&[4, 25, 3, 2, 12, 1, 9]);
         for (size, wanted) in [(8, false), (20, true)] {
-            let (mut groups, mut pairs) = (Groups::of_size(size), given.clone());
+            let (mut groups, mut pairs) = (Groups::of_size(size, 4 * size), given.clone());
             assert!(groups.find(&mut pairs, records, wanted).is_empty());
             assert_eq!(pairs, given);
             assert!(groups.records().eq(std::iter::once(0..records)));

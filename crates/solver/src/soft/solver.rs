@@ -612,7 +612,7 @@ mod tests {
         }
         let mut pairs = std::mem::take(&mut solver.patches.pairs);
         let given = std::mem::take(&mut solver.records);
-        solver.groups = Groups::of_size(size);
+        solver.groups = Groups::of_size(size, size.saturating_mul(4).min(2400));
         let places = solver.begin(&mut pairs, (given.bodies.len(), 1), choice).to_vec();
         let mut order: Vec<u32> = (0..given.bodies.len() as u32).collect();
         order.sort_by_key(|record| places.get(*record as usize).copied().unwrap_or(*record));
