@@ -5,6 +5,7 @@
 use super::patch::{EightPatches, Last, PatchResult, Rare};
 use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
 use carom_math::{Several, Wide};
+use std::marker::PhantomData;
 
 /// A gap that no motion closes \[m\].
 pub const APART: f32 = 1e30;
@@ -246,35 +247,27 @@ pub struct Masses<S: Wide, L: Lanes> {
     pub twist: Real<L>,
 }
 
-/// Visits the numbers in the order they are kept in. Text and no function: a closure called so often is not inlined, and
-/// then has no registers.
-macro_rules! in_order {
-    ($masses:expr, $number:ident => $visit:expr) => {
-        let points = <S::Points<f32> as Several<f32>>::LEN;
-        let spins = <S::Spins<f32> as Several<f32>>::LEN;
-        for i in 0..points {
-            let $number = $masses.points[i];
-            $visit;
-        }
-        for i in 0..points {
-            for j in i + 1..points {
-                let $number = $masses.between[i][j];
-                $visit;
-            }
-        }
-        for k in 0..spins {
-            for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
-                let $number = $masses.coupling[k][m];
-                $visit;
-            }
-        }
-        let $number = $masses.slip;
-        $visit;
-        if spins > 1 {
-            let $number = $masses.twist;
-            $visit;
-        }
-    };
+/// Where the numbers lie that only precondition a patch: points, what is between them, couplings, slip, twist.
+struct Places<S>(PhantomData<S>);
+
+impl<S: Wide> Places<S> {
+    const POINTS: usize = <S::Points<f32> as Several<f32>>::LEN;
+    const SPINS: usize = <S::Spins<f32> as Several<f32>>::LEN;
+    const VECTORS: usize = <S::Vectors<f32> as Several<f32>>::LEN;
+    const COUPLING: usize = Self::POINTS * (Self::POINTS + 1) / 2;
+    const SLIP: usize = Self::COUPLING + Self::SPINS * Self::VECTORS;
+    const TWIST: usize = Self::SLIP + 1;
+
+    /// Of points i < j.
+    #[inline(always)]
+    const fn between(i: usize, j: usize) -> usize {
+        Self::POINTS + i * (2 * Self::POINTS - i - 1) / 2 + (j - i - 1)
+    }
+    /// Of friction's k-th velocity and the m-th impulse.
+    #[inline(always)]
+    const fn coupling(k: usize, m: usize) -> usize {
+        Self::COUPLING + k * Self::VECTORS + m
+    }
 }
 
 /// Numbers of a patch in space; the plane has fewer.
@@ -298,10 +291,21 @@ impl<S: Wide, L: Lanes> Masses<S, L> {
     #[inline(always)]
     pub fn store(self) -> S::Pairs<Eight> {
         let mut flat = [self.slip.like(0.0); MOST];
-        let mut count = 0..MOST;
-        in_order!(self, number => if let Some(k) = count.next() {
-            flat[k] = number;
-        });
+        for i in 0..Places::<S>::POINTS {
+            flat[i] = self.points[i];
+            for j in i + 1..Places::<S>::POINTS {
+                flat[Places::<S>::between(i, j)] = self.between[i][j];
+            }
+        }
+        for k in 0..Places::<S>::SPINS {
+            for m in 0..Places::<S>::VECTORS {
+                flat[Places::<S>::coupling(k, m)] = self.coupling[k][m];
+            }
+        }
+        flat[Places::<S>::SLIP] = self.slip;
+        if Places::<S>::SPINS > 1 {
+            flat[Places::<S>::TWIST] = self.twist;
+        }
         let mut pairs: S::Pairs<Eight> = S::Pairs::all(Eight::default());
         for k in 0..<S::Pairs<f32> as Several<f32>>::LEN {
             pairs[k] = flat[2 * k].pair(flat[2 * k + 1]).store();
@@ -311,23 +315,16 @@ impl<S: Wide, L: Lanes> Masses<S, L> {
 }
 
 /// The same as a pack keeps them, read one by one where they are used: all of them at once would not fit into registers.
-pub struct Kept<'a, S: Wide, L: Lanes> {
+pub struct KeptMasses<'a, S: Wide, L: Lanes> {
     lanes: L,
     pairs: &'a S::Pairs<Eight>,
 }
 
-impl<'a, S: Wide, L: Lanes> Kept<'a, S, L> {
-    const POINTS: usize = <S::Points<f32> as Several<f32>>::LEN;
-    const SPINS: usize = <S::Spins<f32> as Several<f32>>::LEN;
-    const VECTORS: usize = <S::Vectors<f32> as Several<f32>>::LEN;
-    /// Points and what is between them come first.
-    const COUPLING: usize = Self::POINTS * (Self::POINTS + 1) / 2;
-    const SLIP: usize = Self::COUPLING + Self::SPINS * Self::VECTORS;
-
+impl<'a, S: Wide, L: Lanes> KeptMasses<'a, S, L> {
     /// Those of a pack.
     #[inline(always)]
     pub fn of(lanes: L, pairs: &'a S::Pairs<Eight>) -> Self {
-        Kept { lanes, pairs }
+        KeptMasses { lanes, pairs }
     }
     #[inline(always)]
     fn number(&self, k: usize) -> Real<L> {
@@ -342,27 +339,26 @@ impl<'a, S: Wide, L: Lanes> Kept<'a, S, L> {
     /// Inverse mass between points i < j \[1/kg\].
     #[inline(always)]
     pub fn between(&self, i: usize, j: usize) -> Real<L> {
-        let before = i * (2 * Self::POINTS - i - 1) / 2;
-        self.number(Self::POINTS + before + (j - i - 1))
+        self.number(Places::<S>::between(i, j))
     }
     /// What friction's k-th velocity gets from the normal group's impulses.
     #[inline(always)]
     pub fn coupling(&self, k: usize) -> S::Vectors<Real<L>> {
         let mut row = S::Vectors::all(Real::all(self.lanes, 0.0));
-        for m in 0..Self::VECTORS {
-            row[m] = self.number(Self::COUPLING + k * Self::VECTORS + m);
+        for m in 0..Places::<S>::VECTORS {
+            row[m] = self.number(Places::<S>::coupling(k, m));
         }
         row
     }
     /// Effective mass against slip \[kg\].
     #[inline(always)]
     pub fn slip(&self) -> Real<L> {
-        self.number(Self::SLIP)
+        self.number(Places::<S>::SLIP)
     }
     /// Effective inertia against spinning about the normal \[kg m^2\]; of space alone.
     #[inline(always)]
     pub fn twist(&self) -> Real<L> {
-        self.number(Self::SLIP + 1)
+        self.number(Places::<S>::TWIST)
     }
 }
 
@@ -395,7 +391,7 @@ mod tests {
         }
         (masses.slip, masses.twist) = (number(), number());
         let pairs = masses.store();
-        let kept = Kept::<S, Portable>::of(Portable, &pairs);
+        let kept = KeptMasses::<S, Portable>::of(Portable, &pairs);
         let same = |a: Real<Portable>, b: Real<Portable>| assert_eq!(a.store(), b.store());
         for i in 0..points {
             same(kept.point(i), masses.points[i]);

@@ -7,7 +7,7 @@
 //! are those before the step's loads.
 
 use super::bodies::Table;
-use super::pack::{Beside, Kept, Pack};
+use super::pack::{Beside, KeptMasses, Pack};
 use super::prepare::{Frame, lever};
 use carom_math::lanes::{Lanes, Real};
 use carom_math::wide::inner;
@@ -45,7 +45,7 @@ pub fn bounce<S: Wide, L: Lanes>(
     let (mut a, mut b) =
         (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
     let (normal_twist, _) = frame.twist(&a, &b);
-    let masses = Kept::<S, L>::of(lanes, &pack.masses);
+    let masses = KeptMasses::<S, L>::of(lanes, &pack.masses);
     let (zero, rest) = (Real::all(lanes, 0.0), Real::all(lanes, -rest_speed));
     let restitution = Real::load(lanes, &beside.restitution);
     let mut pressing = S::Vectors::all(zero);

@@ -6,7 +6,7 @@
 //! contacts are springs with m' = 1, i' = 0.
 
 use super::bodies::{Eightfold, Moved, Table};
-use super::pack::{Beside, Kept, Pack};
+use super::pack::{Beside, KeptMasses, Pack};
 use super::prepare::{Frame, lever};
 use carom_math::lanes::{Eight, Lanes, Real};
 use carom_math::wide::inner;
@@ -97,7 +97,7 @@ fn gaps<S: Wide, L: Lanes>(
 fn wanted<S: Wide, L: Lanes, const SPRINGS: bool>(
     lanes: L,
     pack: &Pack<S>,
-    masses: &Kept<S, L>,
+    masses: &KeptMasses<S, L>,
     gaps: &S::Points<Real<L>>,
     twist: &S::Vectors<Real<L>>,
     spring: &Spring,
@@ -153,7 +153,7 @@ fn within<S: Wide, L: Lanes>(impulses: &S::Slips<Real<L>>, radius: Real<L>) -> S
 fn rub<S: Wide, L: Lanes>(
     old: &S::Spins<Real<L>>,
     velocity: &S::Spins<Real<L>>,
-    masses: &Kept<S, L>,
+    masses: &KeptMasses<S, L>,
     limit: Real<L>,
     twist_limit: Real<L>,
 ) -> S::Spins<Real<L>> {
@@ -201,7 +201,7 @@ pub fn sweep<S: Wide, L: Lanes, const SPRINGS: bool>(
         roll(lanes, pack, beside, &frame, &normal_twist, [&mut a, &mut b]);
         normal_twist = frame.twist(&a, &b).0;
     }
-    let masses = Kept::<S, L>::of(lanes, &pack.masses);
+    let masses = KeptMasses::<S, L>::of(lanes, &pack.masses);
     let (mut wanted, stiff) = wanted::<S, L, SPRINGS>(lanes, pack, &masses, &gaps, &normal_twist, spring);
     let mut change = gaps;
     for i in 0..points {
@@ -268,7 +268,7 @@ pub fn sweep<S: Wide, L: Lanes, const SPRINGS: bool>(
 fn friction<S: Wide, L: Lanes>(
     lanes: L,
     (impulses, mut told): (&mut S::Spins<Eight>, Option<&mut S::Spins<Eight>>),
-    masses: &Kept<S, L>,
+    masses: &KeptMasses<S, L>,
     velocity: &S::Spins<Real<L>>,
     [limit, twist_limit]: [Real<L>; 2],
 ) -> S::Spins<Real<L>> {
@@ -343,4 +343,35 @@ fn keep_rolling_within<S: Wide, L: Lanes>(
         }
     }
     change
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_math::lanes::Portable;
+    use carom_math::{Planar, Spatial};
+
+    fn held<S: Wide>(impulses: &[f32], radius: f32) -> Vec<f32> {
+        let mut all = S::Slips::all(Real::all(Portable, 0.0));
+        for (to, x) in all.slice_mut().iter_mut().zip(impulses) {
+            *to = Real::all(Portable, *x);
+        }
+        let held = within::<S, Portable>(&all, Real::all(Portable, radius));
+        held.slice().iter().map(|x| x.store().0[0]).collect()
+    }
+
+    #[test]
+    fn friction_is_held_to_a_stretch_in_the_plane_and_to_a_disc_in_space() {
+        for (impulse, expected) in [(5.0, 2.0), (-5.0, -2.0), (1.5, 1.5), (2.0, 2.0), (0.0, 0.0)] {
+            assert_eq!(held::<Planar>(&[impulse], 2.0), [expected]);
+        }
+        assert_eq!(held::<Planar>(&[-3.0], 0.0), [0.0]);
+        assert!(held::<Planar>(&[f32::NAN], 2.0)[0].is_nan(), "what is no number is not hidden");
+        assert!(held::<Spatial>(&[f32::NAN, 1.0], 2.0)[0].is_nan());
+        for (impulses, expected) in [([3.0, 4.0], [1.5, 2.0]), ([-0.3, 0.4], [-0.3, 0.4])] {
+            for (held, expected) in held::<Spatial>(&impulses, 2.5).into_iter().zip(expected) {
+                assert!((held - expected).abs() < 1e-6, "{held} {expected}");
+            }
+        }
+    }
 }
