@@ -10,6 +10,7 @@ use carom::{
 in_plane_and_space!(
     a_stack_falls_asleep_where_it_is_and_its_books_close,
     what_sleeps_is_held_and_is_in_no_contact,
+    a_stack_falls_asleep_beside_one_that_has_not_rested,
     whatever_stirs_a_stack_wakes_it_and_no_other,
     whatever_may_move_everything_wakes_everything,
     a_stack_that_wakes_stands_as_if_it_had_not_slept,
@@ -137,6 +138,21 @@ pub fn what_sleeps_is_held_and_is_in_no_contact<S: Dimension>() {
         assert_eq!(r.ledger.closure, 0.0);
     });
     assert_eq!(bits(&w), before);
+}
+
+/// Each island has its own time: the one that was pushed stays awake as long as any of its blocks has not rested.
+pub fn a_stack_falls_asleep_beside_one_that_has_not_rested<S: Dimension>() {
+    let (mut w, one, other) = two_stacks::<S>();
+    settle(&mut w, 0.3);
+    other.iter().for_each(|i| w.motion_mut().velocity[*i] = S::at(0.5, 0.0));
+    let mut alone = 0;
+    run(&mut w, 3.0, |w, _| {
+        let (one, other) = (sleep(w, &one), sleep(w, &other));
+        assert!([(0, 0), (3, 0), (3, 3)].contains(&(one, other)), "asleep: {one} and {other}");
+        alone += usize::from((one, other) == (3, 0));
+    });
+    assert!(alone >= 10, "{alone} steps");
+    assert_eq!(sleep(&w, &other), 3, "it rests in its turn");
 }
 
 pub fn whatever_stirs_a_stack_wakes_it_and_no_other<S: Dimension>() {
