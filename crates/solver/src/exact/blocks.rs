@@ -26,17 +26,22 @@ pub struct Blocks<const D: usize> {
     pub by_contact: bool,
 }
 
-/// The squares of all numbers added up in eight sums, for one would wait for itself.
-pub fn squared_length(numbers: &[f64]) -> f64 {
-    let (eights, rest) = numbers.as_chunks::<8>();
+/// The products of all numbers with their partners added up in eight sums, for one would wait for itself.
+pub fn product_of(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [0.0; 8];
-    for eight in eights {
+    for (a, b) in a.iter().zip(b) {
         for k in 0..8 {
-            sums[k] += eight[k] * eight[k];
+            sums[k] += a[k] * b[k];
         }
     }
-    let rest: f64 = rest.iter().map(|x| x * x).sum();
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
     sums.iter().sum::<f64>() + rest
+}
+
+/// The squares of all numbers added up so.
+pub fn squared_length(numbers: &[f64]) -> f64 {
+    product_of(numbers, numbers)
 }
 
 impl<const D: usize> Blocks<D> {

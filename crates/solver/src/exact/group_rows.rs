@@ -1,8 +1,7 @@
 //! Products with the short dense rows of contacts that are condensed: nearly all have six numbers, and loops of known
 //! length stay in registers.
 
-/// Most directions kept of a group.
-pub const MOST: usize = 6;
+use super::skeleton::MOST;
 
 /// out += each line times its factor.
 #[inline(always)]

@@ -1,12 +1,15 @@
 //! Contacts between the same two bodies condensed: their rows of W~ span at most six directions (three in the plane)
-//! and so do their columns, W_gh = Q_g V_gh R_h^T with orthonormal Q and R (the same when W~ is symmetric). With
-//! H = R^T D^-1 Q and g = R^T D^-1 rhs the system becomes (1 + V H) s = -V g and dx = D^-1 (rhs + Q s). H^-1 is never
-//! formed: where some contacts of a group stick and others are open it would hold 1e12 next to 1. Found from W~
-//! alone: such contacts are coupled to the same others.
+//! and so do their columns, W_gh = X_g V_gh Y_h^T with V some of the numbers of W~ (`skeleton`; Y = X when W~ is
+//! symmetric). With H = Y^T D^-1 X and g = Y^T D^-1 rhs the system becomes (1 + V H) s = -V g and
+//! dx = D^-1 (rhs + X s). H^-1 is never formed: where some contacts of a group stick and others are open it would hold
+//! 1e12 next to 1. Found from W~ alone: such contacts are coupled to the same others.
 
 use super::analyses::Analyses;
-use super::group_rows::{MOST, add_lines, add_rows};
+use super::group_rows::{add_lines, add_rows};
+use super::lane::padded;
 use super::operator::Matrix;
+use super::row;
+use super::skeleton::{MOST, Row, Skeleton, Sketch, are_alike, skeleton, sketches};
 use super::system::{Block, Spare, Stiffness, stiffened_inverse};
 use crate::linear::{Analysis, Factor, Graph};
 use crate::registers::in_widest;
@@ -15,11 +18,9 @@ use std::sync::Arc;
 
 /// Fewer contacts are not worth the condensing.
 const FEW: usize = 96;
-/// Directions left out are smaller than this share of the group's largest.
-const RANK: f64 = 1e-9;
-/// Columns that a group's rows are gathered into before their directions are found.
-const SKETCH: usize = 12;
-/// What condensing may change of a block, as a share of the largest diagonal entry.
+/// Directions, over rows of W~, that are few enough: each costs more than a row.
+const WORTH: f64 = 0.65;
+/// What condensing may change of a velocity, as a share of the largest diagonal entry, where all impulses are 1 or -1.
 const FAITHFUL: f64 = 1e-11;
 
 /// A group of contacts with its directions.
@@ -28,12 +29,35 @@ struct Group {
     contacts: Vec<u32>,
     /// Number of directions; for a contact on its own its dimension.
     rank: usize,
-    /// Q, D rows per contact, `rank` columns, row by row; empty when the contact stands for itself.
+    /// X, D rows per contact, `rank` columns, row by row; empty when the contact stands for itself.
     basis: Vec<f64>,
-    /// R, in the same order.
+    /// Y, in the same order.
     seen: Vec<f64>,
+    /// The rows and the columns of W~ that stand for all, by their place among the group's.
+    kept: [Vec<u32>; 2],
     /// H, rank x rank.
     compliance: Vec<f64>,
+}
+
+impl Group {
+    /// A contact that stands for itself.
+    fn of_one(contact: u32, dimension: usize) -> Self {
+        Group { contacts: vec![contact], rank: dimension, ..Group::default() }
+    }
+    /// The rows of W~ that stand for the group's.
+    fn kept_rows<const D: usize>(&self) -> impl Iterator<Item = u32> {
+        kept::<D>(&self.kept[0])
+    }
+    /// The columns that do.
+    fn kept_columns<const D: usize>(&self) -> impl Iterator<Item = u32> {
+        kept::<D>(&self.kept[1])
+    }
+}
+
+/// Those that are named; all of a contact that stands for itself.
+fn kept<const D: usize>(named: &[u32]) -> impl Iterator<Item = u32> {
+    let all = if named.is_empty() { D as u32 } else { 0 };
+    named.iter().copied().chain(0..all)
 }
 
 /// The system with groups as nodes.
@@ -65,17 +89,6 @@ impl<const D: usize> WithSimd for Spread<'_, D> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         self.0.spread(self.1);
-    }
-}
-
-/// `reduce` in the machine's own instructions.
-struct Reduce<'a, const D: usize>(&'a Matrix, &'a [Group], &'a [u32], &'a Graph);
-
-impl<const D: usize> WithSimd for Reduce<'_, D> {
-    type Output = Option<Vec<f64>>;
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Option<Vec<f64>> {
-        reduce::<D>(self.0, self.1, self.2, self.3)
     }
 }
 
@@ -112,53 +125,30 @@ impl<const D: usize> WithSimd for Soften<'_, D> {
     }
 }
 
-/// `basis` in the machine's own instructions.
-struct Directions<'a, const D: usize>(&'a [u32], &'a [Sketch<D>]);
+/// `condense` in the machine's own instructions.
+struct Condense<'a, const D: usize>(&'a Matrix, Vec<Group>);
 
-impl<const D: usize> WithSimd for Directions<'_, D> {
-    type Output = Option<Vec<f64>>;
+impl<const D: usize> WithSimd for Condense<'_, D> {
+    type Output = Vec<Group>;
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Option<Vec<f64>> {
-        basis(self.0, self.1)
-    }
-}
-
-/// `sketches` in the machine's own instructions.
-struct Sketches<'a, const D: usize>(&'a Matrix);
-
-impl<const D: usize> WithSimd for Sketches<'_, D> {
-    type Output = (Vec<Sketch<D>>, Vec<Sketch<D>>);
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        sketches(self.0)
+    fn with_simd<S: Simd>(self, _: S) -> Vec<Group> {
+        condense::<D>(self.0, self.1)
     }
 }
 
 impl<const D: usize> GroupSpace<D> {
     /// The condensed system, if at least half of the contacts condense to fewer directions than they have rows.
     pub fn of(matrix: &Matrix, analyses: &mut Analyses) -> Option<Self> {
-        let mut groups = gather(&matrix.graph, D)?;
-        let (rows, columns) = in_widest(Sketches::<D>(matrix));
-        for group in groups.iter_mut().filter(|g| g.contacts.len() > 1) {
-            let n = group.contacts.len() * D;
-            group.basis = in_widest(Directions(&group.contacts, &rows))?;
-            let is_symmetric = group.contacts.iter().all(|&i| rows[i as usize] == columns[i as usize]);
-            group.seen = if is_symmetric {
-                group.basis.clone()
-            } else {
-                in_widest(Directions(&group.contacts, &columns))?
-            };
-            group.rank = group.basis.len() / n;
-            if group.seen.len() != group.basis.len() {
-                return None;
-            }
-        }
+        let groups = gather(&matrix.graph, D)?;
+        let mut groups = in_widest(Condense::<D>(matrix, groups));
+        is_worth_it(&groups, D).then_some(())?;
         let mut owner = vec![0u32; matrix.graph.nodes()];
         for (g, group) in groups.iter().enumerate() {
             group.contacts.iter().for_each(|&i| owner[i as usize] = g as u32);
         }
         let graph = group_graph(matrix, &groups, &owner);
-        let reduced = in_widest(Reduce::<D>(matrix, &groups, &owner, &graph))?;
+        let reduced = reduced::<D>(matrix, &groups, &owner, &graph);
+        in_widest(Probe::<D>(matrix, &groups, &graph, &reduced)).then_some(())?;
         let diagonal = (0..groups.len())
             .map(|g| graph.offsets[graph.position(g, g).expect("every row holds its diagonal")])
             .collect();
@@ -369,96 +359,66 @@ fn accumulate<const D: usize>(h: &mut [f64], (seen, rows): (&[f64], &[f64]), c: 
 /// Contacts with the same neighbours; `None` when too few of them would condense to be worth it.
 fn gather(graph: &Graph, d: usize) -> Option<Vec<Group>> {
     let n = graph.nodes();
+    if n < FEW {
+        return None;
+    }
     let row = |i: u32| &graph.neighbours[graph.row(i as usize)];
     let mut order: Vec<u32> = (0..n as u32).collect();
     order.sort_by(|&i, &j| row(i).len().cmp(&row(j).len()).then_with(|| row(i).cmp(row(j))).then(i.cmp(&j)));
     let directions = if d == 3 { 6 } else { 3 };
     let mut groups: Vec<Group> = Vec::new();
-    let mut condensed = 0;
+    let mut left = 0;
     for run in order.chunk_by(|&i, &j| row(i) == row(j)) {
         if d > 1 && run.len() * d > directions && run.len() <= 64 {
-            condensed += run.len();
+            left += directions;
             groups.push(Group { contacts: run.to_vec(), ..Group::default() });
         } else {
-            groups.extend(run.iter().map(|&i| Group { contacts: vec![i], rank: d, ..Group::default() }));
+            left += run.len() * d;
+            groups.extend(run.iter().map(|&i| Group::of_one(i, d)));
         }
     }
-    groups.sort_by_key(|g| g.contacts[0]);
-    (2 * condensed >= n && n >= FEW).then_some(groups)
+    (left as f64 <= WORTH * (d * n) as f64).then_some(groups)
 }
 
-/// A contact's rows (or columns) of W~ added up, with signs, into few columns: their directions stay the same.
-type Sketch<const D: usize> = [[f64; SKETCH]; D];
-
-/// The rows and the columns of W~ of every contact, gathered. Signs and places are scattered, so that no direction
-/// cancels except by accident, which `faithful` would tell.
-#[inline(always)]
-fn sketches<const D: usize>(matrix: &Matrix) -> (Vec<Sketch<D>>, Vec<Sketch<D>>) {
-    let n = matrix.graph.nodes();
-    let (mut rows, mut columns) = (vec![[[0.0; SKETCH]; D]; n], vec![[[0.0; SKETCH]; D]; n]);
-    let scatter = |i: usize| {
-        let mixed = (i as u32).wrapping_mul(0x9E37_79B1) >> 16;
-        let sign = if mixed & 1 == 0 { 1.0 } else { -1.0 };
-        (sign, (mixed >> 1) as usize % (SKETCH / D) * D)
-    };
-    for i in 0..n {
-        let (own_sign, own_place) = scatter(i);
-        for k in matrix.graph.row(i) {
-            let j = matrix.graph.neighbours[k] as usize;
-            let (sign, place) = scatter(j);
-            let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
-            for r in 0..D {
-                for c in 0..D {
-                    rows[i][r][place + c] += sign * block[r * D + c];
-                    columns[j][c][own_place + r] += own_sign * block[r * D + c];
-                }
-            }
-        }
-    }
-    (rows, columns)
+/// True where the groups' directions are few beside the contacts'.
+fn is_worth_it(groups: &[Group], d: usize) -> bool {
+    let contacts: usize = groups.iter().map(|g| g.contacts.len()).sum();
+    let directions: usize = groups.iter().map(|g| g.rank).sum();
+    directions as f64 <= WORTH * (d * contacts) as f64
 }
 
-/// Orthonormal directions that span the gathered rows of some contacts, D x rank per contact, row by row: columns in
-/// the order of what is left of them. `None` when there are more than `MOST`.
+/// Finds what each group's rows and columns are sums of, in the order of first contacts; groups with too many directions
+/// fall apart.
 #[inline(always)]
-fn basis<const D: usize>(contacts: &[u32], sketches: &[Sketch<D>]) -> Option<Vec<f64>> {
-    // row by row, so that all columns are worked on side by side
-    let mut left: Vec<[f64; SKETCH]> = contacts.iter().flat_map(|&i| sketches[i as usize]).collect();
-    let n = left.len();
-    let mut directions: Vec<Vec<f64>> = Vec::with_capacity(MOST);
-    let mut first = None;
-    loop {
-        let mut sizes = [0.0; SKETCH];
-        for row in &left {
-            (0..SKETCH).for_each(|c| sizes[c] += row[c] * row[c]);
+fn condense<const D: usize>(matrix: &Matrix, groups: Vec<Group>) -> Vec<Group> {
+    let (rows, columns) = sketches::<D>(matrix);
+    let mut out = Vec::with_capacity(groups.len());
+    let mut room = Vec::new();
+    for group in groups {
+        if group.contacts.len() == 1 {
+            out.push(group);
+        } else if let Some([own, seen]) = directions(&group.contacts, (&rows, &columns), &mut room) {
+            let kept = [own.kept, seen.kept];
+            out.push(Group { rank: kept[0].len(), basis: own.shares, seen: seen.shares, kept, ..group });
+        } else {
+            out.extend(group.contacts.iter().map(|&i| Group::of_one(i, D)));
         }
-        let best = (0..SKETCH).fold(0, |b, c| if sizes[c] > sizes[b] { c } else { b });
-        let scale = *first.get_or_insert(sizes[best]);
-        if !(sizes[best] > RANK * RANK * scale) {
-            break;
-        }
-        if directions.len() == MOST {
-            return None;
-        }
-        let mut direction: Vec<f64> = left.iter_mut().map(|row| std::mem::take(&mut row[best])).collect();
-        for known in &directions {
-            let dot: f64 = known.iter().zip(&direction).map(|(a, b)| a * b).sum();
-            direction.iter_mut().zip(known).for_each(|(x, q)| *x -= dot * q);
-        }
-        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-        direction.iter_mut().for_each(|x| *x /= length);
-        let mut along = [0.0; SKETCH];
-        for (q, row) in direction.iter().zip(&left) {
-            (0..SKETCH).for_each(|c| along[c] += q * row[c]);
-        }
-        for (q, row) in direction.iter().zip(&mut left) {
-            (0..SKETCH).for_each(|c| row[c] -= along[c] * q);
-        }
-        directions.push(direction);
     }
-    let mut out = Vec::with_capacity(n * directions.len());
-    (0..n).for_each(|i| out.extend(directions.iter().map(|q| q[i])));
-    Some(out)
+    out.sort_unstable_by_key(|g| g.contacts[0]);
+    out
+}
+
+/// The skeletons of a group's rows and of its columns; `None` where they have too many directions, or not as many.
+#[inline(always)]
+fn directions<const D: usize>(
+    contacts: &[u32],
+    (rows, columns): (&[Sketch<D>], &[Sketch<D>]),
+    room: &mut Vec<Row>,
+) -> Option<[Skeleton; 2]> {
+    let own = skeleton(contacts, rows, room)?;
+    let is_symmetric = contacts.iter().all(|&i| are_alike(&rows[i as usize], &columns[i as usize]));
+    let seen = if is_symmetric { own.clone() } else { skeleton(contacts, columns, room)? };
+    (own.kept.len() == seen.kept.len()).then_some([own, seen])
 }
 
 /// Which groups are coupled.
@@ -482,97 +442,117 @@ fn group_graph(matrix: &Matrix, groups: &[Group], owner: &[u32]) -> Graph {
     Graph::new(groups.iter().map(|g| g.rank as u32).collect(), starts, neighbours)
 }
 
-/// V; `None` when condensing would change W~.
-#[inline(always)]
-fn reduce<const D: usize>(
-    matrix: &Matrix,
-    groups: &[Group],
-    owner: &[u32],
-    graph: &Graph,
-) -> Option<Vec<f64>> {
+/// V: the numbers of W~ in the rows and columns that are kept.
+fn reduced<const D: usize>(matrix: &Matrix, groups: &[Group], owner: &[u32], graph: &Graph) -> Vec<f64> {
     let mut reduced = vec![0.0; graph.values()];
-    let largest = (0..matrix.graph.nodes())
-        .map(|i| (0..D).fold(0.0_f64, |m, k| m.max(matrix.values[matrix.diagonal[i] as usize + k * D + k])))
-        .fold(0.0, f64::max);
-    let mut place = vec![0usize; matrix.graph.nodes()];
+    // where the columns of each contact go in its group's
+    let mut places = vec![[None; D]; matrix.graph.nodes()];
     for group in groups {
-        group.contacts.iter().enumerate().for_each(|(k, &i)| place[i as usize] = k);
+        for (place, kept) in group.kept_columns::<D>().enumerate() {
+            let contact = group.contacts[kept as usize / D] as usize;
+            places[contact][kept as usize % D] = Some(place as u32);
+        }
     }
-    let unit: Vec<f64> = (0..D * D).map(|k| if k / D == k % D { 1.0 } else { 0.0 }).collect();
-    let part = |i: usize, whole: fn(&Group) -> &[f64]| -> &[f64] {
-        let group = &groups[owner[i] as usize];
-        let whole = whole(group);
-        if whole.is_empty() { &unit } else { &whole[place[i] * D * group.rank..][..D * group.rank] }
-    };
-    let rows_of = |i: usize| part(i, |g| &g.basis);
-    let seen_of = |i: usize| part(i, |g| &g.seen);
-    for i in 0..matrix.graph.nodes() {
-        let (g, own) = (owner[i] as usize, rows_of(i));
-        let rank = groups[g].rank;
-        // contacts of one group mostly follow one another
-        let mut run = matrix.graph.row(i).peekable();
-        while let Some(&k) = run.peek() {
-            let h = owner[matrix.graph.neighbours[k] as usize] as usize;
-            let columns = groups[h].rank;
-            let mut right = [[0.0; MOST]; D];
-            while let Some(k) = run.next_if(|&k| owner[matrix.graph.neighbours[k] as usize] as usize == h) {
-                let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
-                let more = times::<D>(block, seen_of(matrix.graph.neighbours[k] as usize), columns);
-                for (right, more) in right.iter_mut().zip(&more) {
-                    right.iter_mut().zip(more).for_each(|(r, m)| *r += m);
+    let mut starts = vec![0u32; groups.len()];
+    for (g, group) in groups.iter().enumerate() {
+        for k in graph.row(g) {
+            starts[graph.neighbours[k] as usize] = graph.offsets[k];
+        }
+        for (p, kept) in group.kept_rows::<D>().enumerate() {
+            let row = matrix.graph.row(group.contacts[kept as usize / D] as usize);
+            let blocks = matrix.values[row.start * D * D..row.end * D * D].chunks_exact(D * D);
+            for (&j, block) in matrix.graph.neighbours[row].iter().zip(blocks) {
+                let h = owner[j as usize] as usize;
+                let start = starts[h] as usize + p * groups[h].rank;
+                let line = &block[kept as usize % D * D..][..D];
+                for (value, place) in line.iter().zip(places[j as usize]) {
+                    if let Some(place) = place {
+                        reduced[start + place as usize] = *value;
+                    }
                 }
-            }
-            let at = graph.offsets[graph.position(g, h)?] as usize;
-            let target = &mut reduced[at..at + rank * columns];
-            for (p, target) in target.chunks_exact_mut(columns).enumerate() {
-                let factors: [f64; D] = std::array::from_fn(|r| own[r * rank + p]);
-                let sum = combined(&factors, &right);
-                target.iter_mut().zip(&sum).for_each(|(t, s)| *t += s);
             }
         }
     }
-    faithful::<D>(matrix, graph, &reduced, owner, (&rows_of, &seen_of), largest).then_some(reduced)
+    reduced
 }
 
-/// True when every block of W~ is Q_g V_gh R_h^T to rounding.
+/// Vectors of signs that W~ and its condensed form are compared on.
+const PROBES: usize = 2;
+
+/// `is_faithful` in the machine's own instructions.
+struct Probe<'a, const D: usize>(&'a Matrix, &'a [Group], &'a Graph, &'a [f64]);
+
+impl<const D: usize> WithSimd for Probe<'_, D> {
+    type Output = bool;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        (0..PROBES).all(|which| is_faithful::<D>(self.0, (self.1, self.2), self.3, which))
+    }
+}
+
+/// True when W~ times a vector of signs that look random is X V Y^T times it, to rounding: what differs in a block shows
+/// in a row's sum but by accident.
 #[inline(always)]
-fn faithful<'a, const D: usize>(
+fn is_faithful<const D: usize>(
     matrix: &Matrix,
-    graph: &Graph,
+    (groups, graph): (&[Group], &Graph),
     reduced: &[f64],
-    owner: &[u32],
-    (rows_of, seen_of): (&impl Fn(usize) -> &'a [f64], &impl Fn(usize) -> &'a [f64]),
-    largest: f64,
+    which: usize,
 ) -> bool {
+    let n = matrix.graph.nodes();
+    let mut largest: f64 = 0.0;
+    for &at in matrix.diagonal.iter() {
+        (0..D).for_each(|k| largest = largest.max(matrix.values[at as usize + k * D + k]));
+    }
+    let mut signs = vec![[0.0; D]; padded(n)];
+    for (i, signs) in signs.iter_mut().enumerate().take(n) {
+        let mixed = ((PROBES * i + which) as u32).wrapping_mul(0x85EB_CA6B);
+        (0..D).for_each(|k| signs[k] = if mixed >> (20 + k) & 1 == 0 { 1.0 } else { -1.0 });
+    }
+    let mut wanted = vec![[0.0; D]; n];
+    row::product(matrix, &signs, &mut wanted);
+    let mut seen = vec![0.0; graph.scalars()];
+    for (g, group) in groups.iter().enumerate() {
+        let own = &mut seen[graph.first[g] as usize..][..group.rank];
+        if group.basis.is_empty() {
+            own.copy_from_slice(&signs[group.contacts[0] as usize]);
+        }
+        for (&i, rows) in group.contacts.iter().zip(group.seen.chunks_exact(D * group.rank)) {
+            add_lines(rows, &signs[i as usize], own);
+        }
+    }
     let mut worst: f64 = 0.0;
-    for i in 0..matrix.graph.nodes() {
-        let (g, own) = (owner[i] as usize, rows_of(i));
-        let rank = own.len() / D;
-        let (mut last, mut left) = (usize::MAX, [[0.0; MOST]; D]);
-        for k in matrix.graph.row(i) {
-            let j = matrix.graph.neighbours[k] as usize;
-            let (h, other) = (owner[j] as usize, seen_of(j));
-            let columns = other.len() / D;
-            if h != last {
-                let Some(at) = graph.position(g, h) else { return false };
-                let v = &reduced[graph.offsets[at] as usize..][..rank * columns];
-                let mut lines = [[0.0; MOST]; MOST];
-                for (line, v) in lines.iter_mut().zip(v.chunks_exact(columns)) {
-                    line[..columns].copy_from_slice(v);
-                }
-                for (left, own) in left.iter_mut().zip(own.chunks_exact(rank)) {
-                    *left = combined(own, &lines);
-                }
-                last = h;
-            }
-            let block = &matrix.values[matrix.graph.offsets[k] as usize..][..D * D];
-            for (left, block) in left.iter().zip(block.chunks_exact(D)) {
-                for (other, wanted) in other.chunks_exact(columns).zip(block) {
-                    let value: f64 = left.iter().zip(other).map(|(l, o)| l * o).sum();
-                    worst = worst.max((value - wanted).abs());
-                }
-            }
+    for (g, group) in groups.iter().enumerate() {
+        let mut pulled = [0.0; MOST];
+        let pulled = &mut pulled[..group.rank];
+        for k in graph.row(g) {
+            let h = graph.neighbours[k] as usize;
+            let block = &reduced[graph.offsets[k] as usize..graph.offsets[k + 1] as usize];
+            add_rows(block, (&seen[graph.first[h] as usize..graph.first[h + 1] as usize], 1.0), pulled);
+        }
+        if group.basis.is_empty() {
+            worst = worst.max(difference(&wanted[group.contacts[0] as usize], pulled));
+        }
+        for (&i, rows) in group.contacts.iter().zip(group.basis.chunks_exact(D * group.rank)) {
+            let mut own = [0.0; D];
+            add_rows(rows, (pulled, 1.0), &mut own);
+            worst = worst.max(difference(&wanted[i as usize], &own));
         }
     }
     worst <= FAITHFUL * largest
+}
+
+/// The largest difference; infinite where one is NaN.
+#[inline(always)]
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let apart = |(a, b): (&f64, &f64)| (a - b).abs();
+    a.iter().zip(b).map(apart).fold(0.0, |m, x| {
+        if x <= m {
+            m
+        } else if x > m {
+            x
+        } else {
+            f64::INFINITY
+        }
+    })
 }

@@ -1,6 +1,8 @@
 //! Corrections by a factorisation that is nearly that of the operator: flexible GMRES (Saad 1993). Each step costs one
 //! solve and one product, as a refinement step does, and none makes the residual larger.
 
+use super::blocks::product_of;
+
 /// Most steps.
 const STEPS: usize = 8;
 
@@ -113,18 +115,7 @@ impl<const D: usize> Krylov<D> {
 }
 
 fn dot<const D: usize>(a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
-    // eight sums side by side, for one would wait for itself
-    let (a, b) = (a.as_flattened(), b.as_flattened());
-    let (a, a_rest) = a.as_chunks::<8>();
-    let (b, b_rest) = b.as_chunks::<8>();
-    let mut sums = [0.0; 8];
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..8 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + rest
+    product_of(a.as_flattened(), b.as_flattened())
 }
 
 fn length<const D: usize>(v: &[[f64; D]]) -> f64 {

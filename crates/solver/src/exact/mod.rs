@@ -46,6 +46,7 @@ mod root;
 pub(crate) mod row;
 mod scaled;
 mod single;
+mod skeleton;
 mod small_complementarity;
 mod stage;
 mod step;
@@ -96,6 +97,8 @@ const STARTS: [Start; 5] = [
     Start { size: 0.1, smoothing: 10.0, centrality: 1e-3 },
 ];
 
+/// Stages that mostly follow the sweeps: room for them is asked for at once.
+const FOLLOWING: usize = 3;
 /// Factorisations after which strict feasibility adds little to the cost.
 const WORTH_ASKING: usize = 100;
 
@@ -377,6 +380,7 @@ fn second_order<const D: usize>(
     (r, given): (&mut [[f64; D]], Option<&[[f64; D]]>),
     answer: &mut Answer,
 ) {
+    answer.stages.reserve(FOLLOWING);
     solve.scaled.in_cone_units(r, &mut solve.best);
     solve.best_errors = answer.errors;
     answer.end = match given {

@@ -200,6 +200,8 @@ const NEAR: f64 = 1e-4;
 const SCATTERED: f64 = 2.0;
 /// Shifted steps that may pass without a better iterate.
 const PATIENCE: usize = 5;
+/// Shifted steps in a row that may bring the errors down by less than half; the first may raise them.
+const SLOW: usize = 2;
 
 /// Newton from the iterate that the sweeps left, before any interior point: a few factorisations where the sweeps
 /// have found what slips and what sticks, one where they have not. As long as the natural map falls the steps are
@@ -220,7 +222,7 @@ fn steps_down<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>) -
         return StageEnd::Stuck;
     }
     let mut best = first;
-    let (mut error, mut shifted, mut fruitless) = (first, false, 0);
+    let (mut error, mut shifted, mut fruitless, mut slow) = (first, false, 0, 0);
     for iteration in 0..EARLY {
         if solve.spent() {
             return StageEnd::OutOfBudget;
@@ -241,10 +243,12 @@ fn steps_down<const D: usize>(solve: &mut Solve<'_, D>, at: &mut Iteration<D>) -
         if errors.solves(solve.tolerance) {
             return StageEnd::Solved;
         }
+        let slower = shifted && errors.worst() > 0.5 * error;
+        slow = if slower { slow + 1 } else { 0 };
         error = errors.worst();
         fruitless = if error < 0.5 * best { 0 } else { fruitless + 1 };
         best = best.min(error);
-        if fruitless > PATIENCE || !(error <= 1e3 * first) {
+        if fruitless > PATIENCE || slow > SLOW || !(error <= 1e3 * first) {
             return StageEnd::Stuck;
         }
     }

@@ -1,5 +1,6 @@
 //! The passes over contacts of an interior point step, in lanes.
 
+use super::blocks::product_of;
 use super::cone::{
     Scaling, determinant, dot, longest_step, product, quotient, shifted, slip_direction, tangent_dot,
 };
@@ -58,9 +59,8 @@ impl<const D: usize> Pair<D> {
         pair
     }
     /// m = x.y per contact.
-    pub fn complementarity(&mut self, count: usize) -> f64 {
-        let pairs = self.x[..count].as_flattened().iter().zip(self.y[..count].as_flattened());
-        pairs.map(|(x, y)| x * y).sum::<f64>() / count as f64
+    pub fn complementarity(&self, count: usize) -> f64 {
+        product_of(self.x[..count].as_flattened(), self.y[..count].as_flattened()) / count as f64
     }
     /// x.y after a step along the present direction.
     pub fn complementarity_after(&self, step: f64) -> f64 {
@@ -257,20 +257,36 @@ pub fn centrality<const D: usize>(scaled: &Scaled<D>, pair: &Pair<D>, step: f64)
     in_widest(Centrality(scaled, pair, step))
 }
 
+/// `v` with its normal number just above its tangent where rounding left it on or outside the cone.
+#[inline(always)]
+fn inside<S: Simd, const D: usize>(mut v: Lanes<S, D>) -> Lanes<S, D> {
+    let (one, smallest) = (v[0].like(1.0 + 1e-15), v[0].like(1e-290));
+    let tangent = tangent_dot(v, v).sqrt();
+    let least = one * tangent + smallest;
+    let normal = (v[0] - tangent).if_less(v[0].like(1e-15) * v[0], least, v[0]);
+    v[0] = v[0].if_at_most(smallest, least, normal);
+    v
+}
+
+struct Take<'a, const D: usize>(&'a Scaled<D>, &'a mut Pair<D>, f64);
+
+impl<const D: usize> WithSimd for Take<'_, D> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Take(scaled, Pair { x, y, dx, dy, .. }, step) = self;
+        let (zero, length, count) = (Lane::all(simd, 0.0), Lane::all(simd, step), scaled.count());
+        for first in (0..count).step_by(S::F64_LANES) {
+            let live = live(simd, first, count);
+            for (v, d) in [(&mut *x, &*dx), (&mut *y, &*dy)] {
+                let (before, after) = (load(simd, v, first), inside(ahead(length, v, d, first)));
+                store(lanes!(zero; k => zero.if_less(live, after[k], before[k])), v, first);
+            }
+        }
+    }
+}
+
 /// Takes the step; what rounding leaves on or outside the cone is put just inside.
 pub fn take<const D: usize>(scaled: &Scaled<D>, pair: &mut Pair<D>, step: f64) {
-    let inside = |v: &mut [f64; D]| {
-        let tangent = v[1..].iter().map(|t| t * t).sum::<f64>().sqrt();
-        if v[0] - tangent < 1e-15 * v[0] || v[0] <= 1e-290 {
-            v[0] = tangent * (1.0 + 1e-15) + 1e-290;
-        }
-    };
-    for i in 0..scaled.count() {
-        for k in 0..D {
-            pair.x[i][k] += step * pair.dx[i][k];
-            pair.y[i][k] += step * pair.dy[i][k];
-        }
-        inside(&mut pair.x[i]);
-        inside(&mut pair.y[i]);
-    }
+    in_widest(Take(scaled, pair, step));
 }

@@ -278,6 +278,7 @@ impl<const D: usize> SweepMemory<D> {
 struct Prices {
     sweep: f64,
     interior_point: f64,
+    contacts: f64,
     /// Sweeps run through bodies, where starts are mostly warm and fall steadily.
     through_bodies: bool,
 }
@@ -288,15 +289,32 @@ impl Prices {
         let through_couplings = PER_COUPLING[D - 1] * couplings + PER_CONTACT[D - 1] * contacts;
         let through_bodies = THROUGH_BODIES[D - 1] * contacts;
         Prices {
+            contacts,
             sweep: if blocks.couplings.is_some() { through_couplings } else { through_bodies },
             through_bodies: blocks.couplings.is_none(),
             interior_point: 14.0 * (250.0 * contacts + 30.0 * couplings) + 2000.0,
         }
     }
+    /// True where errors are spread over many contacts and sweeps, which fall fastest at first, are far from the end at the
+    /// pace that they have: no later stage needs what more of them would find.
+    fn say_hopeless(&self, k: usize, decay: &Decay, tolerance: f64) -> bool {
+        if self.through_bodies
+            || k < HOPELESS
+            || !k.is_multiple_of(LOOK[0])
+            || !(decay.error() * self.contacts > SPREAD)
+        {
+            return false;
+        }
+        let left = decay.left_after(k, tolerance);
+        left * self.sweep > DEAR[0] * self.interior_point && (left.is_finite() || k > HOPELESS)
+    }
     /// True where k sweeps are spent and those that are left are expected to cost more than an interior point.
     fn say_stop(&self, k: usize, decay: &Decay, tolerance: f64) -> bool {
         let spent = k as f64 * self.sweep;
         let bodies = usize::from(self.through_bodies);
+        if self.say_hopeless(k, decay, tolerance) {
+            return true;
+        }
         if k < LEARNING || !k.is_multiple_of(LOOK[bodies]) || spent <= TRIAL[bodies] * self.interior_point {
             return false;
         }
@@ -307,6 +325,9 @@ impl Prices {
     }
 }
 
+/// Sweeps before they may be said to lead nowhere, and errors times contacts that are spread wide.
+const HOPELESS: usize = 8;
+const SPREAD: f64 = 20.0;
 /// Sweeps before their decay says anything.
 const LEARNING: usize = 6;
 /// An error that looks no larger than so many tolerances after them is measured: few sweeps more are needed.

@@ -3,6 +3,7 @@
 //! (`groups`), and bodies take the contacts' place where the problem knows them (`bodies`).
 
 use super::analyses::Analyses;
+use super::blocks::squared_length;
 use super::bodies::BodySpace;
 use super::bodies::Rows;
 use super::groups::GroupSpace;
@@ -33,6 +34,8 @@ pub struct System<const D: usize> {
     pub falls_back: bool,
     /// Residual of the last refined solution over its right-hand side.
     pub left: f64,
+    /// True where the last of these needed no refinement.
+    is_plain: bool,
     /// Least stiffness per contact, `LEAST` times |W~_ii|.
     least: Vec<f64>,
     /// Right-hand side and residual of a refinement.
@@ -92,7 +95,7 @@ const LEAST: f64 = 1.5e-8;
 const PER_FLOP: f64 = 0.06;
 const PER_CONTACT: f64 = 250.0;
 
-/// Contact space is given up, where that is asked for, when its plain solutions leave more than this share.
+/// Contact space is given up, where that is asked for, when its refined solutions leave more than this share.
 const CAREFUL: f64 = 1e-9;
 /// Contact space is no way out where its factorisation takes more multiply-adds.
 const DEAR: f64 = 5e9;
@@ -112,6 +115,7 @@ impl<const D: usize> System<D> {
         self.careful = false;
         self.falls_back = true;
         self.left = 0.0;
+        self.is_plain = false;
         self.least.clear();
         self.least.extend(scaled.step.iter().map(|step| LEAST / step));
         for vector in [&mut self.given, &mut self.residual] {
@@ -207,6 +211,15 @@ impl<const D: usize> System<D> {
             Form::Open => 1.0,
         }
     }
+    /// Replaces rhs by a dx that another solution with the same factor will follow: its residual is not looked at where the
+    /// last one's was small; false when it is not finite.
+    pub fn foresee(&mut self, scaled: &Scaled<D>, x: &mut [[f64; D]]) -> bool {
+        if !self.is_plain {
+            return self.solve(scaled, x);
+        }
+        self.form.solve(x);
+        x[..scaled.count()].as_flattened().iter().all(|v| v.is_finite())
+    }
     /// Replaces rhs by dx; false when it is not finite.
     pub fn solve(&mut self, scaled: &Scaled<D>, x: &mut [[f64; D]]) -> bool {
         let count = scaled.count();
@@ -228,12 +241,10 @@ impl<const D: usize> System<D> {
         }
         let mut left = length(&self.residual[..count]);
         let exact_form = matches!(self.form, Form::Contacts(_));
-        if self.careful && exact_form && !(left <= CAREFUL * size) && self.fall_back(scaled) {
-            return self.again(scaled, x);
-        }
         // 1/D next to 1/D' a billion times smaller costs digits; the operator itself gives them back
         let enough = REFINED * size;
-        if left > enough {
+        self.is_plain = left <= enough;
+        if !self.is_plain {
             let (form, blocks) = (&mut self.form, &self.blocks);
             left = self.krylov.correct(
                 (&self.residual, enough),
@@ -241,6 +252,9 @@ impl<const D: usize> System<D> {
                 |v, out| applied(scaled, blocks, v, out),
                 x,
             );
+        }
+        if self.careful && exact_form && !(left <= CAREFUL * size) && self.fall_back(scaled) {
+            return self.again(scaled, x);
         }
         self.left = if size > 0.0 { left / size } else { 0.0 };
         if !(self.left <= LOST) {
@@ -322,7 +336,7 @@ pub fn stiffened_inverse<const D: usize>(block: &Block<D>, least: f64) -> Block<
 }
 
 fn length<const D: usize>(v: &[[f64; D]]) -> f64 {
-    v.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt()
+    squared_length(v.as_flattened()).sqrt()
 }
 
 /// The inverse of a D x D block, by cofactors (D at most 3).

@@ -68,17 +68,20 @@ fn factorize_lines<S: Simd, const N: usize, const ROW: usize>(simd: S, a: &mut [
     let zero = simd.splat_f64s(0.0);
     for c in (0..k).step_by(N) {
         let (own, later) = columns[c..].split_at_mut(N);
-        let mut node = [0.0; 48];
+        let mut node = [[0.0; N]; N];
         for i in 0..N {
-            node[i * 8..i * 8 + N].copy_from_slice(&own[i][c..c + N]);
+            for j in 0..N {
+                node[i][j] = own[i][c + j];
+            }
         }
-        if !invert(simd, &mut node, N) {
+        if !invert_node(simd, &mut node) {
             return false;
         }
-        // the columns below the node times its inverse
+        // the columns below the node times its inverse; registers above it stay as they are
+        let start = (c + N) / S::F64_LANES * S::F64_LANES;
         let mut below = [[0.0; ROW]; N];
         let first = simd.splat_f64s((c + N) as f64);
-        for v in (0..ROW).step_by(S::F64_LANES) {
+        for v in (start..ROW).step_by(S::F64_LANES) {
             let is_below = simd.less_than_or_equal_f64s(first, register::<S>(&PLACES, v));
             let mut given = [zero; N];
             for l in 0..N {
@@ -87,23 +90,27 @@ fn factorize_lines<S: Simd, const N: usize, const ROW: usize>(simd: S, a: &mut [
             for i in 0..N {
                 let mut sum = zero;
                 for l in 0..N {
-                    sum = simd.mul_add_f64s(simd.splat_f64s(node[i * 8 + l]), given[l], sum);
+                    sum = simd.mul_add_f64s(simd.splat_f64s(node[i][l]), given[l], sum);
                 }
                 put::<S>(&mut below[i], v, simd.select_f64s(is_below, sum, zero));
                 put::<S>(&mut own[i], v, simd.select_f64s(is_below, sum, given[i]));
             }
         }
         for i in 0..N {
-            own[i][c..c + N].copy_from_slice(&node[i * 8..i * 8 + N]);
+            for j in 0..N {
+                own[i][c + j] = node[i][j];
+            }
         }
         for column in later {
-            let mut factors = [0.0; N];
-            factors.copy_from_slice(&column[c..c + N]);
-            for v in (0..ROW).step_by(S::F64_LANES) {
+            // number by number: what was stored as a register is not read across two
+            let mut factors = [zero; N];
+            for i in 0..N {
+                factors[i] = simd.splat_f64s(column[c + i]);
+            }
+            for v in (start..ROW).step_by(S::F64_LANES) {
                 let mut sum = register::<S>(column, v);
                 for i in 0..N {
-                    let factor = simd.splat_f64s(factors[i]);
-                    sum = simd.negate_mul_add_f64s(factor, register::<S>(&below[i], v), sum);
+                    sum = simd.negate_mul_add_f64s(factors[i], register::<S>(&below[i], v), sum);
                 }
                 put::<S>(column, v, sum);
             }
@@ -123,26 +130,64 @@ fn put<S: Simd>(x: &mut [f64], at: usize, value: S::f64s) {
     S::as_mut_simd_f64s(&mut x[at..at + S::F64_LANES]).0[0] = value;
 }
 
-/// Inverts the k x k matrix `a` in place, with pivoting; false when it is singular.
+/// Inverts a node in place, with pivoting; false when it is singular.
+#[inline(always)]
+fn invert_node<S: Simd, const N: usize>(simd: S, node: &mut [[f64; N]; N]) -> bool {
+    if N <= 3 && invert_small(node) {
+        return true;
+    }
+    let mut lines = [[0.0; 8]; N];
+    for i in 0..N {
+        lines[i][..N].copy_from_slice(&node[i]);
+    }
+    if !invert_lines(simd, &mut lines) {
+        return false;
+    }
+    for i in 0..N {
+        node[i].copy_from_slice(&lines[i][..N]);
+    }
+    true
+}
+
+/// The same of k lines `padded(k)` apart.
 #[inline(always)]
 fn invert<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
     match k {
-        1..=3 if invert_small(a, k) => true,
-        4 => invert_lines::<S, 4>(simd, a),
-        5 => invert_lines::<S, 5>(simd, a),
-        6 => invert_lines::<S, 6>(simd, a),
+        1 => invert_known::<S, 1>(simd, a),
+        2 => invert_known::<S, 2>(simd, a),
+        3 => invert_known::<S, 3>(simd, a),
+        4 => invert_known::<S, 4>(simd, a),
+        5 => invert_known::<S, 5>(simd, a),
+        6 => invert_known::<S, 6>(simd, a),
         _ => invert_any(simd, a, k),
     }
+}
+
+/// The same of N lines, at most 8.
+#[inline(always)]
+fn invert_known<S: Simd, const N: usize>(simd: S, a: &mut [f64]) -> bool {
+    let (lines, _) = a.as_chunks_mut::<8>();
+    if N > 3 {
+        let Some(lines) = lines.first_chunk_mut::<N>() else { return false };
+        return invert_lines(simd, lines);
+    }
+    let mut node = [[0.0; N]; N];
+    for i in 0..N {
+        node[i].copy_from_slice(&lines[i][..N]);
+    }
+    let found = invert_node(simd, &mut node);
+    for i in 0..N {
+        lines[i][..N].copy_from_slice(&node[i]);
+    }
+    found
 }
 
 /// The diagonal is kept as pivot unless another entry is this many times larger: swaps cost and rarely help here.
 const WORSE: f64 = 10.0;
 
-/// The same for N lines, 4 to 8, that fill eight numbers each.
+/// The same for N lines, at most 8, that fill eight numbers each.
 #[inline(always)]
-fn invert_lines<S: Simd, const N: usize>(simd: S, a: &mut [f64]) -> bool {
-    let (lines, _) = a.as_chunks_mut::<8>();
-    let lines = &mut lines[..N];
+fn invert_lines<S: Simd, const N: usize>(simd: S, lines: &mut [[f64; 8]; N]) -> bool {
     let mut swaps = [0usize; N];
     for c in 0..N {
         let mut best = c;
@@ -232,52 +277,49 @@ fn invert_any<S: Simd>(simd: S, a: &mut [f64], k: usize) -> bool {
 /// Determinants below this share of the product of the rows' sizes have lost half of their digits.
 const LOST: f64 = 1e-8;
 
-/// The same for at most three rows, by cofactors: one division deep, where elimination is k deep. False, with `a` as
+/// The same for at most three rows, by cofactors: one division deep, where elimination is k deep. False, with `m` as
 /// it was, where the determinant has lost too many digits, as in 1 + 1e10 b b^T: elimination keeps them.
 #[inline(always)]
-fn invert_small(a: &mut [f64], k: usize) -> bool {
-    let row = padded(k);
-    let size = |i: usize| a[i * row..][..k].iter().map(|x| x.abs()).sum::<f64>();
-    if k == 1 {
-        let pivot = a[0];
-        if pivot.is_normal() {
-            a[0] = 1.0 / pivot;
+fn invert_small<const N: usize>(m: &mut [[f64; N]; N]) -> bool {
+    let mut sizes = 1.0;
+    for line in m.iter() {
+        let mut size = 0.0;
+        for x in line {
+            size += x.abs();
         }
-        return pivot.is_normal();
+        sizes *= size;
     }
-    if k == 2 {
-        let (p, q, r, s) = (a[0], a[1], a[row], a[row + 1]);
-        let determinant = p * s - q * r;
-        let kept = determinant.abs() > LOST * size(0) * size(1);
-        if !kept || !determinant.is_normal() {
-            return false;
+    let mut cofactors = *m;
+    let determinant = match N {
+        1 => m[0][0],
+        2 => {
+            (cofactors[0][0], cofactors[0][1]) = (m[1][1], -m[1][0]);
+            (cofactors[1][0], cofactors[1][1]) = (-m[0][1], m[0][0]);
+            m[0][0] * m[1][1] - m[0][1] * m[1][0]
         }
-        let scale = 1.0 / determinant;
-        (a[0], a[1]) = (s * scale, -q * scale);
-        (a[row], a[row + 1]) = (-r * scale, p * scale);
-        return true;
-    }
-    let mut m = [[0.0; 3]; 3];
-    for (line, own) in m.iter_mut().zip(a.chunks_exact(row)) {
-        line.copy_from_slice(&own[..3]);
-    }
-    let mut cofactors = [[0.0; 3]; 3];
-    for i in 0..3 {
-        let (r, s) = ((i + 1) % 3, (i + 2) % 3);
-        for j in 0..3 {
-            let (c, d) = ((j + 1) % 3, (j + 2) % 3);
-            cofactors[i][j] = m[r][c] * m[s][d] - m[r][d] * m[s][c];
+        _ => {
+            for i in 0..3 {
+                let (r, s) = ((i + 1) % 3, (i + 2) % 3);
+                for j in 0..3 {
+                    let (c, d) = ((j + 1) % 3, (j + 2) % 3);
+                    cofactors[i][j] = m[r][c] * m[s][d] - m[r][d] * m[s][c];
+                }
+            }
+            m[0][0] * cofactors[0][0] + m[0][1] * cofactors[0][1] + m[0][2] * cofactors[0][2]
         }
-    }
-    let determinant = m[0][0] * cofactors[0][0] + m[0][1] * cofactors[0][1] + m[0][2] * cofactors[0][2];
-    let kept = determinant.abs() > LOST * size(0) * size(1) * size(2);
+    };
+    let kept = N == 1 || determinant.abs() > LOST * sizes;
     if !kept || !determinant.is_normal() {
         return false;
     }
     let scale = 1.0 / determinant;
-    for (i, own) in a.chunks_exact_mut(row).take(3).enumerate() {
-        for j in 0..3 {
-            own[j] = cofactors[j][i] * scale;
+    if N == 1 {
+        m[0][0] = scale;
+        return true;
+    }
+    for i in 0..N {
+        for j in 0..N {
+            m[i][j] = cofactors[j][i] * scale;
         }
     }
     true

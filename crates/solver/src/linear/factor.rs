@@ -219,27 +219,32 @@ fn solve_chunk(m: (&[f64], usize), x: &mut [f64], node: usize) {
 fn solve_nodes<const N: usize, const K: usize>((m, ldm): (&[f64], usize), x: &mut [f64]) {
     let mut own = [0.0; K];
     own.copy_from_slice(&x[..K]);
-    let column = |c: usize| &m[c * ldm..c * ldm + K];
-    for c in 0..K - N {
-        let (column, factor) = (column(c), own[c]);
-        for i in 0..K {
-            own[i] -= if i / N > c / N { column[i] * factor } else { 0.0 };
+    let columns: [&[f64]; K] = std::array::from_fn(|c| &m[c * ldm..c * ldm + K]);
+    for first in (0..K / N - 1).map(|node| node * N) {
+        let mut given = [0.0; N];
+        given.copy_from_slice(&own[first..first + N]);
+        for i in first + N..K {
+            let mut sum = 0.0;
+            for l in 0..N {
+                sum += columns[first + l][i] * given[l];
+            }
+            own[i] -= sum;
         }
     }
     for first in (0..K / N).rev().map(|node| node * N) {
         let mut found = [0.0; N];
         for l in 0..N {
-            let column = &column(first + l)[first..first + N];
             for i in 0..N {
-                found[i] += column[i] * own[first + l];
+                found[i] += columns[first + l][first + i] * own[first + l];
             }
         }
-        for l in 0..N {
-            let column = column(first + l);
-            own[first + l] = found[l];
-            for i in 0..K {
-                own[i] -= if i < first { column[i] * found[l] } else { 0.0 };
+        own[first..first + N].copy_from_slice(&found);
+        for i in 0..first {
+            let mut sum = 0.0;
+            for l in 0..N {
+                sum += columns[first + l][i] * found[l];
             }
+            own[i] -= sum;
         }
     }
     x.copy_from_slice(&own);
@@ -345,8 +350,27 @@ fn add_remainder(
 #[inline(always)]
 fn add_runs(own: &[f64], runs: &[(u32, u32, u32)], target: &mut [f64], first: usize) {
     for &(from, to, length) in runs {
-        let source = &own[from as usize..(from + length) as usize];
-        let target = &mut target[to as usize - first..][..length as usize];
-        target.iter_mut().zip(source).for_each(|(t, s)| *t += s);
+        let (own, target) = (&own[from as usize..], &mut target[to as usize - first..]);
+        match length {
+            2 => add_known::<2>(own, target),
+            3 => add_known::<3>(own, target),
+            4 => add_known::<4>(own, target),
+            6 => add_known::<6>(own, target),
+            9 => add_known::<9>(own, target),
+            12 => add_known::<12>(own, target),
+            _ => {
+                let length = length as usize;
+                target[..length].iter_mut().zip(&own[..length]).for_each(|(t, s)| *t += s);
+            }
+        }
+    }
+}
+
+/// Adds so many numbers: runs are short, and most are of a few lengths.
+#[inline(always)]
+fn add_known<const N: usize>(own: &[f64], target: &mut [f64]) {
+    let (own, target) = (&own[..N], &mut target[..N]);
+    for k in 0..N {
+        target[k] += own[k];
     }
 }

@@ -191,7 +191,8 @@ pub fn divide_right<S: Simd>(
 }
 
 /// With M = L U over nodes of N scalars: y_c = (a_c - sum of y_b U_bc over b < c) D_c^-1, then
-/// x_c = y_c - sum of x_b L_bc over b > c.
+/// x_c = y_c - sum of x_b L_bc over b > c. What a node is found is taken out of all that wait for it at once: side by
+/// side these sums wait for nothing.
 #[inline(always)]
 fn divide_by<S: Simd, const N: usize, const K: usize>(
     simd: S,
@@ -207,28 +208,29 @@ fn divide_by<S: Simd, const N: usize, const K: usize>(
             own[l] = S::as_simd_f64s(&a[l * lda + i..l * lda + i + lanes]).0[0];
         }
         for c in 0..K / N {
-            let mut left = [simd.splat_f64s(0.0); N];
+            let mut found = [simd.splat_f64s(0.0); N];
             for n in 0..N {
-                left[n] = own[c * N + n];
-                for b in 0..c * N {
-                    let factor = simd.splat_f64s(columns[c * N + n][b]);
-                    left[n] = simd.negate_mul_add_f64s(factor, own[b], left[n]);
-                }
-            }
-            for n in 0..N {
-                let mut sum = simd.mul_f64s(simd.splat_f64s(columns[c * N + n][c * N]), left[0]);
+                found[n] = simd.mul_f64s(simd.splat_f64s(columns[c * N + n][c * N]), own[c * N]);
                 for l in 1..N {
                     let factor = simd.splat_f64s(columns[c * N + n][c * N + l]);
-                    sum = simd.mul_add_f64s(factor, left[l], sum);
+                    found[n] = simd.mul_add_f64s(factor, own[c * N + l], found[n]);
                 }
-                own[c * N + n] = sum;
+            }
+            for n in (c + 1) * N..K {
+                for l in 0..N {
+                    let factor = simd.splat_f64s(columns[n][c * N + l]);
+                    own[n] = simd.negate_mul_add_f64s(factor, found[l], own[n]);
+                }
+            }
+            for n in 0..N {
+                own[c * N + n] = found[n];
             }
         }
-        for c in (0..K / N).rev() {
-            for n in 0..N {
-                for b in (c + 1) * N..K {
-                    let factor = simd.splat_f64s(columns[c * N + n][b]);
-                    own[c * N + n] = simd.negate_mul_add_f64s(factor, own[b], own[c * N + n]);
+        for c in (1..K / N).rev() {
+            for n in 0..c * N {
+                for l in 0..N {
+                    let factor = simd.splat_f64s(columns[n][c * N + l]);
+                    own[n] = simd.negate_mul_add_f64s(factor, own[c * N + l], own[n]);
                 }
             }
         }
