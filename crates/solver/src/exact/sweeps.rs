@@ -279,6 +279,8 @@ struct Prices {
     sweep: f64,
     interior_point: f64,
     contacts: f64,
+    /// Share of an interior point solve that is far for sweeps whose errors are spread.
+    far: f64,
     /// Sweeps run through bodies, where starts are mostly warm and fall steadily.
     through_bodies: bool,
 }
@@ -290,6 +292,7 @@ impl Prices {
         let through_bodies = THROUGH_BODIES[D - 1] * contacts;
         Prices {
             contacts,
+            far: FAR[D - 1],
             sweep: if blocks.couplings.is_some() { through_couplings } else { through_bodies },
             through_bodies: blocks.couplings.is_none(),
             interior_point: 14.0 * (250.0 * contacts + 30.0 * couplings) + 2000.0,
@@ -306,7 +309,7 @@ impl Prices {
             return false;
         }
         let left = decay.left_after(k, tolerance);
-        left * self.sweep > DEAR[0] * self.interior_point && (left.is_finite() || k > HOPELESS)
+        left * self.sweep > self.far * self.interior_point && (left.is_finite() || k > HOPELESS)
     }
     /// True where k sweeps are spent and those that are left are expected to cost more than an interior point.
     fn say_stop(&self, k: usize, decay: &Decay, tolerance: f64) -> bool {
@@ -328,6 +331,9 @@ impl Prices {
 /// Sweeps before they may be said to lead nowhere, and errors times contacts that are spread wide.
 const HOPELESS: usize = 8;
 const SPREAD: f64 = 20.0;
+/// Share of an interior point solve that what is left of sweeps may cost then, by directions: in the plane lattices fall
+/// as steadily to the end as they begin.
+const FAR: [f64; 3] = [0.4, 0.4, 0.2];
 /// Sweeps before their decay says anything.
 const LEARNING: usize = 6;
 /// An error that looks no larger than so many tolerances after them is measured: few sweeps more are needed.
