@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// Fewer contacts are not worth the condensing.
 const FEW: usize = 96;
-/// Directions, over rows of W~, that are few enough: each costs more than a row.
+/// Directions, over rows of W~, that are few enough: each costs more than a row does.
 const WORTH: f64 = 0.65;
 /// What condensing may change of a velocity, as a share of the largest diagonal entry, where all impulses are 1 or -1.
 const FAITHFUL: f64 = 1e-11;
@@ -137,7 +137,7 @@ impl<const D: usize> WithSimd for Condense<'_, D> {
 }
 
 impl<const D: usize> GroupSpace<D> {
-    /// The condensed system, if at least half of the contacts condense to fewer directions than they have rows.
+    /// The condensed system, if that leaves few enough directions.
     pub fn of(matrix: &Matrix, analyses: &mut Analyses) -> Option<Self> {
         let groups = gather(&matrix.graph, D)?;
         let mut groups = in_widest(Condense::<D>(matrix, groups));
