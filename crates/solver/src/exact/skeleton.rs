@@ -73,7 +73,7 @@ pub fn are_alike<const D: usize>(one: &Sketch<D>, other: &Sketch<D>) -> bool {
 pub type Row = [f64; SKETCH + 8];
 
 /// The skeleton of some contacts' rows: the largest number of the largest column that is left says which row is kept next.
-/// `None` where more than `MOST` are needed; `rows` is memory.
+/// `None` where more than `MOST` are needed, and where all rows are zero; `rows` is memory.
 #[inline(always)]
 pub fn skeleton<const D: usize>(
     contacts: &[u32],
@@ -110,6 +110,9 @@ pub fn skeleton<const D: usize>(
         }
         sizes = take_out(rows, place, (column, kept.len()));
         kept.push(place as u32);
+    }
+    if kept.is_empty() {
+        return None;
     }
     let mut shares = Vec::with_capacity(rows.len() * kept.len());
     rows.iter().for_each(|row| shares.extend_from_slice(&row[SKETCH..SKETCH + kept.len()]));
@@ -177,6 +180,12 @@ mod tests {
                 assert!(own.iter().enumerate().all(|(m, share)| *share == f64::from(u8::from(m == k))));
             }
         }
+    }
+
+    #[test]
+    fn rows_of_zeros_that_a_file_stores_have_no_skeleton() {
+        // an empty one would pass for a contact on its own
+        assert!(skeleton(&[0, 1, 2], &[[[0.0; SKETCH]; 3]; 3], &mut Vec::new()).is_none());
     }
 
     #[test]

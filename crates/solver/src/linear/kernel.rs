@@ -191,8 +191,8 @@ pub fn divide_right<S: Simd>(
 }
 
 /// With M = L U over nodes of N scalars: y_c = (a_c - sum of y_b U_bc over b < c) D_c^-1, then
-/// x_c = y_c - sum of x_b L_bc over b > c. What a node is found is taken out of all that wait for it at once: side by
-/// side these sums wait for nothing.
+/// x_c = y_c - sum of x_b L_bc over b > c. What is found of a node is taken out of all that wait for it at once: side by
+/// side these sums do not wait for each other.
 #[inline(always)]
 fn divide_by<S: Simd, const N: usize, const K: usize>(
     simd: S,
