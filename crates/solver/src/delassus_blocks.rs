@@ -4,6 +4,7 @@ use crate::cone_matrix::norm_or_one;
 use crate::delassus::Csr;
 use crate::exact::couplings::Couplings;
 use crate::exact::operator::Matrix;
+use crate::exact::parts::Parts;
 use crate::linear::Graph;
 use std::borrow::Cow;
 use std::ops::Deref;
@@ -24,8 +25,10 @@ pub(crate) struct Made {
     pub matrix: Arc<Matrix>,
     /// The spectral norms of its diagonal blocks, 1 for a block of zeros.
     pub norms: Arc<[f64]>,
-    /// The blocks off its diagonal, as sweeps read them.
+    /// The same as it is multiplied by impulses.
     pub couplings: Arc<Couplings>,
+    /// The contacts part by part; none where all hang together.
+    pub parts: Option<Arc<Parts>>,
 }
 
 impl Delassus {
@@ -52,7 +55,8 @@ impl Made {
         let norm = |at: &u32| norm(&matrix.values[*at as usize..][..dimension * dimension]);
         let norms = matrix.diagonal.iter().map(norm).collect();
         let couplings = Arc::new(Couplings::of(&matrix));
-        Made { matrix: Arc::new(matrix), norms, couplings }
+        let parts = Parts::of(&matrix).map(Arc::new);
+        Made { matrix: Arc::new(matrix), norms, couplings, parts }
     }
 }
 

@@ -3,8 +3,6 @@
 //! theory chapter 7). Knows no bodies: W is whatever was measured or assembled.
 
 use crate::delassus_blocks::Delassus;
-use crate::exact::blocks::squared_length;
-use crate::exact::couplings::{places, product, spread};
 use crate::problem::ProblemError;
 
 /// Find r with u = W r + q and Coulomb's law at every contact; contact i owns rows d i .. d i + d - 1.
@@ -79,38 +77,13 @@ impl FrictionProblem {
     }
 }
 
-/// What impulses are worth, in the measures of the literature and in velocity units; every entry is zero exactly
-/// at a solution.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measure {
-    /// |r - P_K(r - u_hat)| / |q|: the natural map with step 1 (Acary, Bremond and Huber 2018). Depends on the unit
-    /// of impulse.
-    pub natural: f64,
-    /// |(r - P_K(r - u_hat / l)) l| / |q| with l the spectral norm of each diagonal block of W: velocity units,
-    /// unmoved by a change of the unit of impulse.
-    pub scaled: f64,
-    /// Largest |r_T| - mu r_N or -r_N over the largest |r|.
-    pub cone: f64,
-    /// Largest -u_N over the largest entry of q.
-    pub penetration: f64,
-    /// Largest |u_hat . r| over the largest |r| times the largest entry of q.
-    pub complementarity: f64,
-    /// Over sliding contacts, largest |u_T + |u_T| r_T / |r_T|| over the largest entry of q.
-    pub slip_alignment: f64,
-    /// Contacts without impulse.
-    pub take_off: usize,
-    /// Contacts whose impulse is inside the cone.
-    pub stick: usize,
-    /// Contacts whose impulse is on the cone while they slip.
-    pub slip: usize,
-}
+/// How far outside the cone, as a share of |r_T|^2, an impulse is as good as on it: a few roundings.
+const ON_THE_CONE: f64 = 1e-14;
 
-impl Measure {
-    /// True when natural <= tolerance, scaled <= 10 tolerance and cone <= 1e-12: "solved at tolerance" in
-    /// collections of contact problems.
-    pub fn solves(&self, tolerance: f64) -> bool {
-        self.natural <= tolerance && self.scaled <= 10.0 * tolerance && self.cone <= 1e-12
-    }
+/// True for what is inside the cone |x_T| <= mu x_N or on it to rounding.
+pub(crate) fn is_on_cone(x: &[f64], friction: f64) -> bool {
+    let squared: f64 = x[1..].iter().map(|t| t * t).sum();
+    x[0] >= 0.0 && squared <= friction * friction * x[0] * x[0] * (1.0 + ON_THE_CONE)
 }
 
 /// Projects (normal, tangents) on the cone |x_T| <= mu x_N, in place.
@@ -130,150 +103,8 @@ pub fn project_on_cone(x: &mut [f64], friction: f64) {
     x[1..].iter_mut().for_each(|t| *t *= scale);
 }
 
-/// |(r - P_K(r - step u_hat)) / step|^2 of one contact \[m^2/s^2\], with one over the step. In each case of the
-/// projection the difference is taken by hand: impulses so huge that r - step u_hat rounds to r hide no velocity.
-#[inline(always)]
-fn natural_map_squared<const D: usize>(
-    r: &[f64; D],
-    u_hat: &[f64; D],
-    (step, inverse): (f64, f64),
-    friction: f64,
-) -> f64 {
-    if D == 1 {
-        let apart = r[0] * inverse;
-        let nearer = if apart < u_hat[0] { apart } else { u_hat[0] };
-        return nearer * nearer;
-    }
-    let mut x: [f64; D] = std::array::from_fn(|k| r[k] - step * u_hat[k]);
-    let (squared, normal) = (square(&x[1..]), x[0] * x[0]);
-    if x[0] >= 0.0 && squared <= friction * friction * normal {
-        return square(u_hat);
-    }
-    if x[0] <= 0.0 && friction * friction * squared <= normal {
-        return square(r) * (inverse * inverse);
-    }
-    let (tangent, given) = (squared.sqrt(), length(&r[1..]));
-    // r - P(x) = step u_hat + g (-mu, t), g (1 + mu^2) = |x_T| - mu x_N, t = x_T / |x_T|
-    let turned: f64 = r[1..].iter().zip(&u_hat[1..]).map(|(r, u)| r * u).sum();
-    let longer = (step * square(&u_hat[1..]) - 2.0 * turned) / (tangent + given);
-    let over = (given - friction * r[0]) * inverse + longer + friction * u_hat[0];
-    let g = over / (1.0 + friction * friction);
-    let along = g / tangent;
-    x[1..].iter_mut().zip(&u_hat[1..]).for_each(|(x, u)| *x = u + along * *x);
-    x[0] = u_hat[0] - g * friction;
-    square(&x)
-}
-
 /// The larger of two numbers; `a` where b is none.
 #[inline(always)]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
-}
-
-#[inline(always)]
-fn square(x: &[f64]) -> f64 {
-    x.iter().map(|a| a * a).sum()
-}
-
-#[inline(always)]
-fn length(x: &[f64]) -> f64 {
-    square(x).sqrt()
-}
-
-fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |m, a| larger(m, a.abs()))
-}
-
-fn not_zero(x: f64) -> f64 {
-    if x > 0.0 { x } else { 1.0 }
-}
-
-/// Measures impulses against a problem; independent of every solver.
-pub fn measure(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
-    match problem.dimension {
-        1 => measured_in::<1>(problem, impulses),
-        2 => measured_in::<2>(problem, impulses),
-        _ => measured_in::<3>(problem, impulses),
-    }
-}
-
-/// Up to so many contacts nothing is allocated for a measure.
-const FEW: usize = 16;
-
-/// The same with the number of rows per contact known beforehand.
-pub(crate) fn measured_in<const D: usize>(problem: &FrictionProblem, impulses: &[f64]) -> Measure {
-    let made = problem.matrix.made(D);
-    let (w, norms) = (&*made.matrix, &*made.norms);
-    let (impulses, _) = impulses.as_chunks::<D>();
-    let count = impulses.len();
-    if let [alone] = impulses {
-        let row = |r: usize| (0..D).map(|c| w.values[r * D + c] * alone[c]).sum();
-        return judged(problem, impulses, norms, &[std::array::from_fn(row)]);
-    }
-    let size = count * places(D);
-    if count > FEW {
-        let (mut spaced, mut velocity) = (vec![0.0; size], vec![[0.0; D]; count]);
-        spread(impulses, &mut spaced);
-        product(&made.couplings, w, &spaced, &mut velocity);
-        return judged(problem, impulses, norms, &velocity);
-    }
-    let mut velocity = [[0.0; D]; FEW];
-    if D == 1 {
-        // one after another: what is laid out for registers would take longer to ask for
-        for (i, velocity) in velocity[..count].iter_mut().enumerate() {
-            let row = w.graph.row(i);
-            let others = w.graph.neighbours[row.clone()].iter().zip(&w.values[row]);
-            velocity[0] = others.map(|(&j, w)| w * impulses[j as usize][0]).sum();
-        }
-        return judged(problem, impulses, norms, &velocity[..count]);
-    }
-    let mut spaced = [0.0; 4 * FEW];
-    spread(impulses, &mut spaced[..size]);
-    product(&made.couplings, w, &spaced[..size], &mut velocity[..count]);
-    judged(problem, impulses, norms, &velocity)
-}
-
-/// The measures of impulses that add W r = `velocity` to the given velocities.
-fn judged<const D: usize>(
-    problem: &FrictionProblem,
-    impulses: &[[f64; D]],
-    norms: &[f64],
-    velocity: &[[f64; D]],
-) -> Measure {
-    let (given, _) = problem.velocity.as_chunks::<D>();
-    let size = not_zero(squared_length(&problem.velocity).sqrt());
-    let top = not_zero(largest(&problem.velocity));
-    let strongest = impulses.iter().map(|r| square(r)).fold(0.0, larger).sqrt().max(1e-300);
-    let mut m = Measure::default();
-    for (i, (r, &mu)) in impulses.iter().zip(&problem.friction).enumerate() {
-        let u: [f64; D] = std::array::from_fn(|k| velocity[i][k] + given[i][k]);
-        let slip = length(&u[1..]);
-        let mut u_hat = u;
-        u_hat[0] += mu * slip;
-        m.natural += natural_map_squared(r, &u_hat, (1.0, 1.0), mu);
-        m.scaled += natural_map_squared(r, &u_hat, (1.0 / norms[i], norms[i]), mu);
-        let tangent = length(&r[1..]);
-        m.cone = larger(larger(m.cone, tangent - mu * r[0]), -r[0]);
-        m.penetration = larger(m.penetration, -u[0]);
-        let power: f64 = r.iter().zip(&u_hat).map(|(r, u)| r * u).sum();
-        m.complementarity = larger(m.complementarity, power.abs());
-        if r[0] <= 1e-9 * strongest {
-            m.take_off += 1;
-        } else if tangent > 0.0 && tangent >= mu * r[0] * (1.0 - 1e-6) && slip > 1e-9 * top {
-            m.slip += 1;
-            let off = |k: usize| u[k] + slip / tangent * r[k];
-            m.slip_alignment = m.slip_alignment.max((1..D).map(|k| off(k) * off(k)).sum::<f64>().sqrt());
-        } else {
-            m.stick += 1;
-        }
-    }
-    // few divisions: they are a part of the time of small problems
-    let [over_size, over_strongest, over_top] = [size, strongest, top].map(|size| 1.0 / size);
-    m.natural = m.natural.sqrt() * over_size;
-    m.scaled = m.scaled.sqrt() * over_size;
-    m.cone *= over_strongest;
-    m.penetration *= over_top;
-    m.complementarity *= over_strongest * over_top;
-    m.slip_alignment *= over_top;
-    m
 }

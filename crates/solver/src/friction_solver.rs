@@ -1,6 +1,7 @@
 //! The door to solvers of problems in matrix form: one trait, one judge (`measure`), whatever the method.
 
-use crate::friction_problem::{FrictionProblem, Measure, measure, project_on_cone};
+use crate::friction_measure::{Measure, measure};
+use crate::friction_problem::{FrictionProblem, project_on_cone};
 use crate::impulse_solver::{ImpulseChoice, most_factorisations};
 use crate::watch::Watch;
 use serde::Serialize;
@@ -37,7 +38,7 @@ impl Default for FrictionSettings {
 pub struct Stage {
     /// "sweeps", "interior point", "newton", "proximal newton", ...
     pub name: &'static str,
-    /// Iterations spent in it.
+    /// Iterations spent in it; where a matrix falls into parts, the sweeps of the part that took most, all else together.
     pub iterations: usize,
 }
 

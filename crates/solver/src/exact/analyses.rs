@@ -14,12 +14,12 @@ pub struct Analyses {
 
 impl Analyses {
     /// The analysis of a graph: the kept one where the graph has been seen, else a new one.
-    pub fn of(&mut self, graph: &Graph) -> Arc<Analysis> {
+    pub fn of(&mut self, graph: &Arc<Graph>) -> Arc<Analysis> {
         if let Some(k) = self.kept.iter().position(|a| a.fits(graph)) {
             self.kept[..=k].rotate_right(1);
         } else {
             self.kept.truncate(MOST - 1);
-            self.kept.insert(0, Arc::new(Analysis::new(graph)));
+            self.kept.insert(0, Arc::new(Analysis::of(graph)));
         }
         self.kept[0].clone()
     }
@@ -30,13 +30,13 @@ mod tests {
     use super::*;
 
     /// A chain of so many nodes.
-    fn chain(nodes: u32) -> Graph {
+    fn chain(nodes: u32) -> Arc<Graph> {
         let (mut starts, mut neighbours) = (vec![0], Vec::new());
         for i in 0..nodes {
             neighbours.extend(i.saturating_sub(1)..(i + 2).min(nodes));
             starts.push(neighbours.len() as u32);
         }
-        Graph::new(vec![3; nodes as usize], starts, neighbours)
+        Arc::new(Graph::new(vec![3; nodes as usize], starts, neighbours))
     }
 
     #[test]

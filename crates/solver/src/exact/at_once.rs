@@ -3,15 +3,10 @@
 use super::local::Local;
 use super::principal_pivots::{LARGEST, pivoted};
 use super::small_complementarity as small;
-use crate::friction_problem::{FrictionProblem, Measure, measure, project_on_cone};
+use crate::friction_measure::{Measure, measure};
+use crate::friction_problem::{FrictionProblem, is_on_cone, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, Stage};
 use smallvec::smallvec;
-
-/// Corrections of a single impulse below this share of it are the last: what an asymmetric block leaves out is a small
-/// part of them.
-const SMALL: f64 = 1e-12;
-/// How far outside the cone, as a share of |r_T|^2, an impulse is as good as on it: a few roundings.
-const ON_THE_CONE: f64 = 1e-14;
 
 /// What was found at once: less to hand on than an outcome, which is written where it goes.
 pub struct Found {
@@ -97,25 +92,12 @@ fn complementary(
 
 /// The impulse of the only contact; the rounds it took.
 fn alone<const D: usize>(problem: &FrictionProblem, impulses: &mut [f64]) -> usize {
-    let made = problem.matrix.made(D);
-    let block = std::array::from_fn(|r| std::array::from_fn(|c| made.matrix.values[D * r + c]));
+    let block = problem.matrix.made(D).matrix.diagonal_block(0);
     let velocity = std::array::from_fn(|k| problem.velocity[k]);
     let mu = problem.friction[0];
-    let mut local = Local::<D>::new(&block, mu);
-    let mut found = [0.0; D];
-    let mut rounds = 0;
-    while rounds < 8 {
-        let before = found;
-        found = local.solve_alone(&velocity, &before);
-        rounds += 1;
-        let moved = |k: usize| (found[k] - before[k]).abs() <= SMALL * found[0];
-        if local.is_symmetric() || (0..D).all(moved) {
-            break;
-        }
-    }
+    let (mut found, rounds) = Local::<D>::new(&block, mu).solve_only(&velocity);
     // a slip is on the cone to rounding, and to put it there again would take a tenth of the time
-    let squared: f64 = found[1..].iter().map(|t| t * t).sum();
-    if !(squared <= mu * mu * found[0] * found[0] * (1.0 + ON_THE_CONE)) {
+    if !is_on_cone(&found, mu) {
         project_on_cone(&mut found, mu);
     }
     impulses.copy_from_slice(&found);

@@ -58,22 +58,22 @@ impl<const D: usize> BodySpace<D> {
         if let Some((_, matrix)) = other.take_if(|(flops, _)| *flops < ROUGH * least) {
             return Err(matrix);
         }
-        let graph = body_graph(rows);
+        let graph = Arc::new(body_graph(rows));
         let analysis = analyses.of(&graph);
         if let Some((_, matrix)) = other.take_if(|(flops, _)| *flops < ROUGH * analysis.flops) {
             return Err(matrix);
         }
-        Ok(BodySpace::with(rows.clone(), graph, analysis))
+        Ok(BodySpace::with(rows.clone(), &graph, analysis))
     }
 
     /// The system in body space, whatever it costs.
     pub fn new(rows: Rows<D>) -> Self {
         let graph = body_graph(&rows);
         let analysis = Arc::new(Analysis::new(&graph));
-        BodySpace::with(rows, graph, analysis)
+        BodySpace::with(rows, &graph, analysis)
     }
 
-    fn with(rows: Rows<D>, graph: Graph, analysis: Arc<Analysis>) -> Self {
+    fn with(rows: Rows<D>, graph: &Graph, analysis: Arc<Analysis>) -> Self {
         let offset = |a: u32, b: u32| {
             if a == NO_BODY || b == NO_BODY {
                 return NOWHERE;

@@ -192,6 +192,7 @@ impl<S: Space> ExactContacts<S> {
         let mut blocks = std::mem::take(&mut memory.blocks);
         self.assemble(problem, &mut blocks);
         let mut r = memory.pool.zeros(blocks.velocity.len());
+        let mut u = memory.pool.zeros(blocks.velocity.len());
         start(&blocks, impulses, &mut r);
         let (mut iterations, mut factorisations, mut worth_asking) = (0, 0, false);
         let mut outcome = Outcome::nothing_to_do();
@@ -210,7 +211,7 @@ impl<S: Space> ExactContacts<S> {
                 polish: settings.polish && settings.impulses == ImpulseChoice::Any,
                 early: false,
             };
-            let answer = solve_blocks(&blocks, &goal, &mut r, (&mut self.analyses, memory), watch);
+            let answer = solve_blocks(&blocks, &goal, (&mut r, &mut u), (&mut self.analyses, memory), watch);
             worth_asking = answer.is_worth_asking();
             iterations += answer.iterations();
             factorisations = (factorisations + answer.factorisations).min(settings.factorisations);
@@ -239,7 +240,7 @@ impl<S: Space> ExactContacts<S> {
             outcome.strict_feasibility = feasibility_of(&blocks, &mut self.analyses);
         }
         memory.blocks = blocks;
-        memory.pool.give([r]);
+        memory.pool.give([r, u]);
         outcome
     }
 

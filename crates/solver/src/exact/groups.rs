@@ -64,7 +64,7 @@ fn kept<const D: usize>(named: &[u32]) -> impl Iterator<Item = u32> {
 #[derive(Clone, Debug, Default)]
 pub struct GroupSpace<const D: usize> {
     groups: Vec<Group>,
-    graph: Graph,
+    graph: Arc<Graph>,
     analysis: Arc<Analysis>,
     factor: Factor,
     /// V.
@@ -146,7 +146,7 @@ impl<const D: usize> GroupSpace<D> {
         for (g, group) in groups.iter().enumerate() {
             group.contacts.iter().for_each(|&i| owner[i as usize] = g as u32);
         }
-        let graph = group_graph(matrix, &groups, &owner);
+        let graph = Arc::new(group_graph(matrix, &groups, &owner));
         let reduced = reduced::<D>(matrix, &groups, &owner, &graph);
         in_widest(Probe::<D>(matrix, &groups, &graph, &reduced)).then_some(())?;
         let diagonal = (0..groups.len())

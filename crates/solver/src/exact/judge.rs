@@ -1,6 +1,6 @@
 //! The errors that decide, as `measure` has them, cheaply: every stage is judged by these at every iterate.
 
-use super::blocks::Blocks;
+use super::blocks::{Blocks, Section};
 use super::cone::{dot, project, tangent};
 use super::lane::{Lane, Sum, lanes, live, load};
 use crate::registers::in_widest;
@@ -14,6 +14,9 @@ pub struct Errors {
     /// In velocity units.
     pub scaled: f64,
 }
+
+/// Share of a tolerance that errors may have.
+pub const HAND: f64 = 0.9;
 
 impl Default for Errors {
     fn default() -> Self {
@@ -29,26 +32,26 @@ impl Errors {
     }
     /// Solved at a tolerance, with a tenth in hand for what rounding and the last projection move.
     pub fn solves(&self, tolerance: f64) -> bool {
-        self.worst() <= 0.9 * tolerance
+        self.worst() <= HAND * tolerance
     }
 }
 
-struct Judge<'a, const D: usize>(&'a Blocks<D>, &'a [[f64; D]], &'a [[f64; D]]);
+struct Judge<'a, const D: usize>(Section<'a, D>, &'a [[f64; D]], &'a [[f64; D]]);
 
 impl<const D: usize> WithSimd for Judge<'_, D> {
     type Output = Errors;
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Errors {
-        let Judge(blocks, r, u) = self;
-        let count = blocks.count();
+        let Judge(part, r, u) = self;
+        let (count, velocity, friction, norms) = (part.count, part.velocity(), part.friction(), part.norms());
         let zero = Lane::all(simd, 0.0);
         let (mut natural, mut scaled, mut size) = (Sum::default(), Sum::default(), Sum::default());
         let mut largest = zero;
         for first in (0..count).step_by(S::F64_LANES) {
-            let mu = Lane::load(simd, &blocks.friction[first..]);
-            let norm = Lane::load(simd, &blocks.norms[first..]);
+            let mu = Lane::load(simd, &friction[first..]);
+            let norm = Lane::load(simd, &norms[first..]);
             let (r, mut u) = (load(simd, r, first), load(simd, u, first));
-            let q = load(simd, &blocks.velocity, first);
+            let q = load(simd, velocity, first);
             u[0] = mu.mul_add(tangent(u), u[0]);
             let live = live(simd, first, count);
             let one = live.like(1.0);
@@ -63,10 +66,10 @@ impl<const D: usize> WithSimd for Judge<'_, D> {
             // a NaN must survive: max would hide it, the sum does not
             largest = largest.max(in_velocity);
             scaled.add(first, in_velocity);
-            size.add(first, dot(q, q));
+            size.add(first, live * dot(q, q));
         }
-        if blocks.by_contact {
-            let worst = largest.greatest().sqrt() / blocks.largest_velocity();
+        if part.blocks.by_contact {
+            let worst = largest.greatest().sqrt() / part.largest_velocity();
             let worst = if scaled.total().is_finite() { worst } else { f64::INFINITY };
             return Errors { natural: worst, scaled: worst };
         }
@@ -78,5 +81,10 @@ impl<const D: usize> WithSimd for Judge<'_, D> {
 
 /// Errors of impulses r with velocities u = W r + q.
 pub fn errors<const D: usize>(blocks: &Blocks<D>, r: &[[f64; D]], u: &[[f64; D]]) -> Errors {
-    in_widest(Judge(blocks, r, u))
+    errors_of(blocks.all(), r, u)
+}
+
+/// The same of some contacts, r and u from the first of them on; registers read on behind the last.
+pub fn errors_of<const D: usize>(part: Section<'_, D>, r: &[[f64; D]], u: &[[f64; D]]) -> Errors {
+    in_widest(Judge(part, r, u))
 }

@@ -19,7 +19,7 @@ macro_rules! lanes {
         out
     }};
 }
-pub(super) use lanes;
+pub(crate) use lanes;
 
 /// Rounds a number of contacts up to whole packs with at least one place to spare.
 pub fn padded(contacts: usize) -> usize {
@@ -103,6 +103,11 @@ impl<S: Simd> Lane<S> {
     #[inline(always)]
     pub fn greatest(self) -> f64 {
         self.simd.reduce_max_f64s(self.value)
+    }
+    /// The numbers in the register added up, in an order of its own.
+    #[inline(always)]
+    pub fn sum(self) -> f64 {
+        self.simd.reduce_sum_f64s(self.value)
     }
     /// Smallest number in the register.
     #[inline(always)]
@@ -205,6 +210,9 @@ pub fn store<S: Simd, const D: usize>(lanes: Lanes<S, D>, vectors: &mut [[f64; D
 /// One where a contact exists, zero in the padding after `count`.
 #[inline(always)]
 pub fn live<S: Simd>(simd: S, first: usize, count: usize) -> Lane<S> {
+    if first + S::F64_LANES <= count {
+        return Lane::all(simd, 1.0);
+    }
     let mut row = [0.0; PACK];
     for (k, value) in row.iter_mut().enumerate().take(S::F64_LANES) {
         *value = if first + k < count { 1.0 } else { 0.0 };

@@ -36,6 +36,11 @@ const CLOSE: f64 = 1e-3;
 /// The same where none comes back: its square is rounding.
 const CLOSEST: f64 = 1e-8;
 
+/// Most solutions of a contact alone; corrections below this share of its impulse are the last: what an asymmetric block
+/// leaves out is a small part of them.
+const ROUNDS: usize = 8;
+const SMALL: f64 = 1e-12;
+
 impl<const D: usize> Local<D> {
     /// From the diagonal block and the coefficient of friction.
     pub fn new(w: &[[f64; D]; D], mu: f64) -> Self {
@@ -97,6 +102,22 @@ impl<const D: usize> Local<D> {
     #[inline(always)]
     pub fn solve_alone(&mut self, b: &[f64; D], old: &[f64; D]) -> [f64; D] {
         self.solve_by::<true, false, true>(b, old)
+    }
+    /// The impulse of a contact that no other presses on, at velocity `b` without it, and the solutions that it took.
+    #[inline(always)]
+    pub fn solve_only(&mut self, b: &[f64; D]) -> ([f64; D], usize) {
+        let mut found = [0.0; D];
+        let mut rounds = 0;
+        while rounds < ROUNDS {
+            let before = found;
+            found = self.solve_alone(b, &before);
+            rounds += 1;
+            let stands = |k: usize| (found[k] - before[k]).abs() <= SMALL * found[0];
+            if self.is_symmetric() || (0..D).all(stands) {
+                break;
+            }
+        }
+        (found, rounds)
     }
     /// An impulse that goes by a factor beyond the solution `found` from `old`, on the cone; open where either is.
     #[inline(always)]

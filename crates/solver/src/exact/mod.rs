@@ -11,7 +11,8 @@ mod analyses;
 mod at_once;
 pub(crate) mod blocks;
 mod bodies;
-mod cone;
+mod by_parts;
+pub(crate) mod cone;
 mod contacts;
 pub(crate) mod couplings;
 mod equalities;
@@ -37,6 +38,7 @@ mod onward;
 pub(crate) mod operator;
 mod order;
 mod packs;
+pub(crate) mod parts;
 mod path;
 mod patient;
 mod pivoted;
@@ -56,7 +58,8 @@ mod warm;
 mod way;
 mod whole_face;
 
-use crate::friction_problem::{FrictionProblem, Measure, measure, measured_in, project_on_cone};
+use crate::friction_measure::{Measure, judged, measure, measured_in};
+use crate::friction_problem::{FrictionProblem, is_on_cone, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage, StageList};
 use crate::impulse_solver::{Content, ImpulseChoice};
 use crate::methods::lemke::Lemke;
@@ -65,6 +68,7 @@ use crate::watch::{Progress, Watch, unwatched};
 use analyses::Analyses;
 use at_once::at_once;
 use blocks::Blocks;
+use by_parts::solve_parts;
 pub use contacts::ExactContacts;
 use interior_point::{CENTRED, STEPS, Start, interior_point};
 use judge::Errors;
@@ -103,6 +107,7 @@ const FOLLOWING: usize = 3;
 const WORTH_ASKING: usize = 100;
 
 /// When to be content, and how long to try.
+#[derive(Clone, Copy)]
 struct Goal {
     tolerance: f64,
     sweeps: usize,
@@ -120,6 +125,14 @@ struct Goal {
 }
 
 impl Goal {
+    /// Sweeps depend on the order of contacts; the least impulses must not.
+    fn most_sweeps(&self, is_warm: bool) -> usize {
+        match is_warm {
+            _ if self.is_least() => 0,
+            true => self.sweeps.min(warm::SWEEPS),
+            false => self.sweeps,
+        }
+    }
     fn is_least(&self) -> bool {
         self.impulses == ImpulseChoice::MinimumNorm
     }
@@ -133,9 +146,22 @@ struct Answer {
     factorisations: usize,
     /// True where the least impulses were asked for and not found.
     not_least: bool,
+    /// True where the velocities that the impulses lead to came with them.
+    has_velocities: bool,
 }
 
 impl Answer {
+    /// Solved by doing nothing.
+    fn nothing() -> Self {
+        Answer {
+            errors: Errors::default(),
+            end: StageEnd::Solved,
+            stages: StageList::new(),
+            factorisations: 0,
+            not_least: false,
+            has_velocities: false,
+        }
+    }
     fn iterations(&self) -> usize {
         self.stages.iter().map(|s| s.iterations).sum()
     }
@@ -233,11 +259,23 @@ fn in_dimension<const D: usize>(
     memory: &mut Memory<D>,
     watch: &mut Watch,
 ) -> FrictionOutcome {
+    let made = problem.matrix.made(D);
+    // the least impulses are looked for all at once
+    let parts = made.parts.as_deref().filter(|_| settings.impulses != ImpulseChoice::MinimumNorm);
     let mut blocks = std::mem::take(&mut memory.blocks);
-    blocks.read(problem);
-    let started = Stopwatch::start();
     let mut r = memory.pool.copy(impulses.as_chunks::<D>().0);
+    match parts {
+        Some(parts) => {
+            blocks.read_parts(problem, parts);
+            parts.gather(impulses.as_chunks::<D>().0, &mut r);
+            // a start that is no number says nothing, and would be read beside those of other parts
+            r.iter_mut().filter(|r| !r.iter().all(|x| x.is_finite())).for_each(|r| *r = [0.0; D]);
+        }
+        None => blocks.read(problem),
+    }
+    let started = Stopwatch::start();
     r.resize(blocks.velocity.len(), [0.0; D]);
+    let mut u = memory.pool.zeros(r.len());
     let goal = Goal {
         tolerance: settings.tolerance,
         sweeps: settings.iterations.min(300),
@@ -249,15 +287,34 @@ fn in_dimension<const D: usize>(
         early: true,
     };
     let mut analyses = Analyses::default();
-    let answer = solve_blocks(&blocks, &goal, &mut r, (&mut analyses, memory), watch);
+    let with = (&mut analyses, &mut *memory);
+    let mut answer = match parts {
+        Some(parts) => solve_parts((&made.matrix, parts), &blocks, &goal, (&mut r, &mut u), with, watch),
+        None => solve_blocks(&blocks, &goal, (&mut r, &mut u), with, watch),
+    };
     let asked = !answer.solved() && answer.is_worth_asking();
-    let strict_feasibility = asked.then(|| feasibility_of(&blocks, &mut analyses)).flatten();
-    for (i, r) in r.iter_mut().enumerate().take(blocks.count()) {
-        project_on_cone(r, blocks.friction[i]);
+    let strict_feasibility = asked.then(|| feasibility_in::<D>(problem)).flatten();
+    for (r, &mu) in r.iter_mut().zip(&blocks.friction).take(problem.contacts()) {
+        if !is_on_cone(r, mu) {
+            project_on_cone(r, mu);
+            answer.has_velocities = false;
+        }
     }
+    if let Some(parts) = parts {
+        for vector in [&mut r, &mut u] {
+            let here = memory.pool.copy(vector);
+            parts.scatter(&here, vector);
+            memory.pool.give([here]);
+        }
+    }
+    let (r_found, u_found) = (&r[..problem.contacts()], &u[..problem.contacts()]);
     let seconds = started.seconds();
-    let found = r[..blocks.count()].as_flattened();
-    let mut reached = measured_in::<D>(problem, found);
+    let mut reached = if answer.has_velocities {
+        judged(problem, r_found, u_found)
+    } else {
+        measured_in::<D>(problem, r_found.as_flattened())
+    };
+    let found = r_found.as_flattened();
     let solved = reached.solves(settings.tolerance) && !answer.not_least;
     let mut is_found = true;
     if !solved && !goal.is_least() && impulses.iter().all(|r| r.is_finite()) {
@@ -275,7 +332,7 @@ fn in_dimension<const D: usize>(
     let reason = if solved { String::new() } else { reason(&answer) };
     blocks.forget_matrix();
     memory.blocks = blocks;
-    memory.pool.give([r]);
+    memory.pool.give([r, u]);
     FrictionOutcome {
         solved,
         measure: reached,
@@ -325,28 +382,21 @@ fn reason(answer: &Answer) -> String {
     }
 }
 
-/// The pipeline.
+/// The pipeline: impulses in r, and where the sweeps end it their velocities in u.
 fn solve_blocks<const D: usize>(
     blocks: &Blocks<D>,
     goal: &Goal,
-    r: &mut [[f64; D]],
+    (r, u): (&mut [[f64; D]], &mut [[f64; D]]),
     (analyses, memory): (&mut Analyses, &mut Memory<D>),
     watch: &mut Watch,
 ) -> Answer {
     if goal.is_least() {
         r.fill([0.0; D]);
     }
-    let given = r.iter().any(|r| *r != [0.0; D]).then(|| memory.pool.copy(r));
-    // sweeps depend on the order of contacts; the least impulses must not
-    let most = match given {
-        _ if goal.is_least() => 0,
-        Some(_) => goal.sweeps.min(warm::SWEEPS),
-        None => goal.sweeps,
-    };
-    let mut u = memory.pool.zeros(r.len());
-    let limits = (goal.tolerance, most);
-    let (count, errors, ended) = sweeps::sweeps(blocks, limits, (r, &mut u), &mut memory.sweeps, watch);
-    memory.pool.give([u]);
+    let given = is_given(r).then(|| memory.pool.copy(r));
+    memory.sweeps.begin(blocks, r);
+    let limits = (goal.tolerance, goal.most_sweeps(given.is_some()));
+    let (count, errors, ended) = sweeps::sweeps(blocks.all(), limits, (r, u), &mut memory.sweeps, watch);
     let mut stages = std::mem::take(&mut memory.stages);
     stages.clear();
     stages.push(Stage { name: "sweeps", iterations: count });
@@ -356,21 +406,39 @@ fn solve_blocks<const D: usize>(
         stages,
         factorisations: 0,
         not_least: goal.is_least(),
+        has_velocities: ended == Ended::Solved,
     };
     if ended == Ended::LeftOff {
-        if goal.factorisations == 0 {
-            answer.end = StageEnd::OutOfBudget;
-        } else {
-            let limits = (goal.tolerance, goal.factorisations);
-            let mut watched = |p: &Progress| watch(p);
-            let mut solve = Solve::of(blocks, limits, (analyses, memory), &mut watched);
-            (solve.content, solve.polish) = (goal.content, goal.polish);
-            second_order(&mut solve, goal, (r, given.as_deref()), &mut answer);
-            solve.leave(memory);
-        }
+        factorised(blocks, goal, (r, given.as_deref()), &mut answer, (analyses, memory), watch);
     }
     memory.pool.give(given);
     answer
+}
+
+/// True for a start that says something.
+fn is_given<const D: usize>(r: &[[f64; D]]) -> bool {
+    r.iter().any(|r| *r != [0.0; D])
+}
+
+/// What the sweeps leave off, where a factorisation is allowed.
+fn factorised<const D: usize>(
+    blocks: &Blocks<D>,
+    goal: &Goal,
+    (r, given): (&mut [[f64; D]], Option<&[[f64; D]]>),
+    answer: &mut Answer,
+    (analyses, memory): (&mut Analyses, &mut Memory<D>),
+    watch: &mut Watch,
+) {
+    if goal.factorisations == 0 {
+        answer.end = StageEnd::OutOfBudget;
+        return;
+    }
+    let limits = (goal.tolerance, goal.factorisations);
+    let mut watched = |p: &Progress| watch(p);
+    let mut solve = Solve::of(blocks, limits, (analyses, memory), &mut watched);
+    (solve.content, solve.polish) = (goal.content, goal.polish);
+    second_order(&mut solve, goal, (r, given), answer);
+    solve.leave(memory);
 }
 
 /// The stages that factorise, from what the sweeps left in r.

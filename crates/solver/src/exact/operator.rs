@@ -39,6 +39,11 @@ impl Matrix {
             .collect();
         Matrix { graph: Arc::new(graph), values, diagonal }
     }
+    /// W_ii.
+    pub fn diagonal_block<const D: usize>(&self, i: usize) -> [[f64; D]; D] {
+        let block = &self.values[self.diagonal[i] as usize..][..D * D];
+        std::array::from_fn(|r| std::array::from_fn(|c| block[r * D + c]))
+    }
     /// Row i of blocks of one number: columns and values.
     #[inline(always)]
     pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
@@ -71,10 +76,7 @@ impl<const D: usize> Operator<D> {
     /// W_ii.
     pub fn diagonal_block(&self, i: usize) -> [[f64; D]; D] {
         match self {
-            Operator::Matrix(m) => {
-                let block = &m.values[m.diagonal[i] as usize..][..D * D];
-                std::array::from_fn(|r| std::array::from_fn(|c| block[r * D + c]))
-            }
+            Operator::Matrix(m) => m.diagonal_block(i),
             Operator::Bodies(rows) => rows.own_block(i),
         }
     }

@@ -4,9 +4,11 @@
 
 use super::blocks::Blocks;
 use super::cone::LEAST;
+use super::couplings::{Couplings, scaled_velocities};
 use super::judge::{Errors, errors};
 use super::operator::Operator;
 use std::cell::RefCell;
+use std::sync::Arc;
 
 /// Below this a coefficient of friction is none \[1\]: P W P would hold 1e18 next to 1.
 const NO_FRICTION: f64 = 1e-9;
@@ -34,8 +36,10 @@ pub struct Scaled<const D: usize> {
     /// d_i, padded, and P over the root of s_W with zeros where no tangent acts.
     own: Vec<f64>,
     shares: Vec<[f64; D]>,
-    /// Memory for products through bodies.
-    bodies: RefCell<Vec<f64>>,
+    /// W as it is multiplied, unscaled; none where it is given by rows on bodies.
+    couplings: Option<Arc<Couplings>>,
+    /// Memory for products: through bodies, or impulses apart.
+    room: RefCell<Vec<f64>>,
 }
 
 impl<const D: usize> Scaled<D> {
@@ -70,6 +74,7 @@ impl<const D: usize> Scaled<D> {
             std::array::from_fn(|k| if slides(i, k) { stretch[i][k] / mean.sqrt() } else { 0.0 })
         }));
         self.operator.become_scaled(&blocks.operator, &self.shares);
+        self.couplings.clone_from(&blocks.couplings);
         self.velocity.clone_from(&blocks.velocity);
         self.step.clear();
         self.step.resize(padded, 1.0);
@@ -99,12 +104,25 @@ impl<const D: usize> Scaled<D> {
     pub fn count(&self) -> usize {
         self.operator.count()
     }
+    /// Lets go of what is the problem's.
+    pub fn forget_couplings(&mut self) {
+        self.couplings = None;
+    }
     /// W~ x.
     pub fn product(&self, x: &[[f64; D]], out: &mut [[f64; D]]) {
-        self.operator.product(x, out, &mut self.bodies.borrow_mut());
+        let room = &mut self.room.borrow_mut();
+        match &self.couplings {
+            Some(couplings) => scaled_velocities(couplings, (&self.shares, None), (x, room), out),
+            None => self.operator.product(x, out, room),
+        }
     }
     /// u = W~ x + q~.
     pub fn velocities(&self, x: &[[f64; D]], u: &mut [[f64; D]]) {
+        if let Some(couplings) = &self.couplings {
+            let room = &mut self.room.borrow_mut();
+            scaled_velocities(couplings, (&self.shares, Some(&self.velocity)), (x, room), u);
+            return;
+        }
         self.product(x, u);
         let count = self.count();
         for (u, q) in u.iter_mut().zip(&self.velocity[..count]) {

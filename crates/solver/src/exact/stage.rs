@@ -67,6 +67,7 @@ impl<'a, const D: usize> Solve<'a, D> {
     /// Gives the memory back.
     pub fn leave(self, memory: &mut Memory<D>) {
         memory.scaled = self.scaled;
+        memory.scaled.forget_couplings();
         memory.system = self.system;
         memory.system.let_go(&memory.scaled.operator);
         memory.pool = self.pool;

@@ -1,9 +1,9 @@
 //! Stage A: Gauss-Seidel sweeps with the exact local solution, as long as they promise to be cheaper than the
 //! interior point. Knows the problem in its own units.
 
-use super::blocks::Blocks;
-use super::couplings::{Couplings, places, product, spread};
-use super::judge::{Errors, errors};
+use super::blocks::{Blocks, Section};
+use super::couplings::{self, Couplings, places, spread};
+use super::judge::{Errors, errors_of};
 use super::local::Local;
 use super::operator::Operator;
 use super::row::row_times;
@@ -91,9 +91,10 @@ impl Change {
 /// as far. Theory has the best factor between 1.1, where each sweep leaves two fifths of the error, and 1.5 for nine tenths.
 const RELAXATION: f64 = 1.2;
 
-/// The same where W has couplings laid out for it; impulses lie `places` numbers apart.
+/// The same where W has couplings laid out for it; impulses lie `places` numbers apart, locals and they from the first
+/// contact of the section on.
 struct CoupledSweep<'a, const D: usize> {
-    blocks: &'a Blocks<D>,
+    section: Section<'a, D>,
     couplings: &'a Couplings,
     locals: &'a mut [Local<D>],
     r: &'a mut [f64],
@@ -103,9 +104,10 @@ impl<const D: usize> WithSimd for CoupledSweep<'_, D> {
     type Output = Change;
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Change {
-        let CoupledSweep { blocks, couplings, locals, r } = self;
+        let CoupledSweep { section, couplings, locals, r } = self;
         let mut change = Change::default();
-        let given = blocks.velocity.iter().zip(&blocks.norms).zip(couplings.rows::<D>());
+        let rows = couplings.rows::<D>(section.first);
+        let given = section.velocity().iter().zip(section.norms()).zip(rows);
         for (i, (local, ((velocity, &norm), row))) in locals.iter_mut().zip(given).enumerate() {
             let b = row.pull(simd, velocity, r);
             let own = &mut r[i * places(D)..][..D];
@@ -137,11 +139,6 @@ pub fn velocities<const D: usize>(
     bodies: &mut Vec<f64>,
 ) {
     blocks.operator.product(r, u, bodies);
-    add_given(blocks, u);
-}
-
-/// u += q.
-fn add_given<const D: usize>(blocks: &Blocks<D>, u: &mut [[f64; D]]) {
     for (u, q) in u.iter_mut().zip(&blocks.velocity[..blocks.count()]) {
         for k in 0..D {
             u[k] += q[k];
@@ -180,6 +177,12 @@ struct Decay {
 }
 
 impl Decay {
+    /// Nothing is known yet.
+    fn begin(&mut self) {
+        self.changes.clear();
+        self.changes.reserve(USUAL);
+        self.error_over_change = 1.0;
+    }
     /// The error expected now.
     fn error(&self) -> f64 {
         self.error_over_change * self.changes.last().copied().unwrap_or(f64::INFINITY)
@@ -219,58 +222,65 @@ pub struct SweepMemory<const D: usize> {
 }
 
 impl<const D: usize> SweepMemory<D> {
-    /// Gets ready for sweeps from r.
-    fn begin(&mut self, blocks: &Blocks<D>, r: &[[f64; D]]) {
-        self.decay.changes.clear();
-        self.decay.changes.reserve(USUAL);
-        self.decay.error_over_change = 1.0;
+    /// Gets ready for sweeps from r over the contacts of a problem, or of its parts one after another.
+    pub fn begin(&mut self, blocks: &Blocks<D>, r: &[[f64; D]]) {
         self.locals.clear();
         let diagonal = blocks.diagonal.iter().zip(&blocks.friction);
         self.locals.extend(diagonal.map(|(w, &mu)| Local::new(w, mu)));
         self.spaced.clear();
         if blocks.couplings.is_some() {
-            self.spaced.resize(r.len() * places(D), 0.0);
+            self.spaced.resize(blocks.count() * places(D), 0.0);
             spread(r, &mut self.spaced);
         }
+        self.best.clear();
+        self.best.extend_from_slice(r);
     }
     /// One sweep over r, or over what is kept of it.
-    fn sweep(&mut self, blocks: &Blocks<D>, r: &mut [[f64; D]]) -> Change {
+    fn sweep(&mut self, section: Section<'_, D>, r: &mut [[f64; D]]) -> Change {
         let SweepMemory { locals, spaced, bodies, .. } = self;
-        match &blocks.couplings {
-            Some(couplings) => in_fours(CoupledSweep { blocks, couplings, locals, r: spaced }),
-            None => sweep(blocks, locals, r, bodies),
+        match &section.blocks.couplings {
+            Some(couplings) => {
+                let locals = &mut locals[section.range()];
+                let r = &mut spaced[section.first * places(D)..][..section.count * places(D)];
+                in_fours(CoupledSweep { section, couplings, locals, r })
+            }
+            None => sweep(section.blocks, locals, r, bodies),
         }
     }
     /// Brings r to where the sweeps are, and measures it.
-    fn measure(&mut self, blocks: &Blocks<D>, r: &mut [[f64; D]], u: &mut [[f64; D]]) -> Errors {
-        let spaced = self.spaced.chunks_exact(places(D));
-        r.iter_mut().zip(spaced).for_each(|(r, spaced)| r.copy_from_slice(&spaced[..D]));
-        if let (Operator::Matrix(matrix), Some(couplings)) = (&blocks.operator, &blocks.couplings) {
-            product(couplings, matrix, &self.spaced, u);
-            add_given(blocks, u);
-        } else {
-            velocities(blocks, r, u, &mut self.bodies);
+    fn measure(&mut self, section: Section<'_, D>, r: &mut [[f64; D]], u: &mut [[f64; D]]) -> Errors {
+        let (r_own, u_own) = (&mut r[..section.count], &mut u[..section.count]);
+        match &section.blocks.couplings {
+            Some(couplings) => {
+                let spaced = &self.spaced[section.first * places(D)..][..section.count * places(D)];
+                let each = spaced.chunks_exact(places(D));
+                r_own.iter_mut().zip(each).for_each(|(r, spaced)| r.copy_from_slice(&spaced[..D]));
+                couplings::velocities(couplings.rows(section.first), section.velocity(), spaced, u_own);
+            }
+            None => velocities(section.blocks, r, u, &mut self.bodies),
         }
-        errors(blocks, r, u)
+        errors_of(section, r, u)
     }
     /// Measures the start; where W has couplings and there are no impulses, nothing is multiplied, and nothing is
     /// measured where a contact approaches so fast that its error alone is too large.
     fn measure_start(
         &mut self,
-        blocks: &Blocks<D>,
+        section: Section<'_, D>,
         too_fast: f64,
         (r, u): (&mut [[f64; D]], &mut [[f64; D]]),
     ) -> Errors {
-        if blocks.couplings.is_none() || r.iter().any(|r| *r != [0.0; D]) {
-            return self.measure(blocks, r, u);
+        let count = section.count;
+        if section.blocks.couplings.is_none() || r[..count].iter().any(|r| *r != [0.0; D]) {
+            return self.measure(section, r, u);
         }
+        let given = &section.velocity()[..count];
         // of -u_hat the cone is -u_N / sqrt(1 + mu^2) away from the origin
         let approaches = |(q, mu): (&[f64; D], &f64)| -q[0] > too_fast * (1.0 + mu);
-        if blocks.velocity.iter().zip(&blocks.friction).any(approaches) {
+        if given.iter().zip(section.friction()).any(approaches) {
             return Errors::default();
         }
-        u.copy_from_slice(&blocks.velocity);
-        errors(blocks, r, u)
+        u[..count].copy_from_slice(given);
+        errors_of(section, r, u)
     }
 }
 
@@ -286,15 +296,16 @@ struct Prices {
 }
 
 impl Prices {
-    fn of<const D: usize>(blocks: &Blocks<D>) -> Self {
-        let (contacts, couplings) = (blocks.count() as f64, blocks.operator.couplings() as f64);
+    fn of<const D: usize>(section: Section<'_, D>) -> Self {
+        let (contacts, couplings) = (section.count as f64, section.pairs() as f64);
+        let through_bodies_alone = section.blocks.couplings.is_none();
         let through_couplings = PER_COUPLING[D - 1] * couplings + PER_CONTACT[D - 1] * contacts;
         let through_bodies = THROUGH_BODIES[D - 1] * contacts;
         Prices {
             contacts,
             far: FAR[D - 1],
-            sweep: if blocks.couplings.is_some() { through_couplings } else { through_bodies },
-            through_bodies: blocks.couplings.is_none(),
+            sweep: if through_bodies_alone { through_bodies } else { through_couplings },
+            through_bodies: through_bodies_alone,
             interior_point: 14.0 * (250.0 * contacts + 30.0 * couplings) + 2000.0,
         }
     }
@@ -344,31 +355,31 @@ const LOOK: [usize; 2] = [4, 1];
 const USUAL: usize = 64;
 
 /// Sweeps until solved or until more sweeps cost more than an interior point solve, and leaves the best impulses in r,
-/// the start among them. Costs in nanoseconds on one core of 2026, from the sizes alone, so that the choice is the same
-/// everywhere. The error is measured when the changes promise that it is small enough, and now and then.
+/// the start among them; where they solve the problem also their velocities in u. Costs in nanoseconds on one core of 2026,
+/// from the sizes alone, so that the choice is the same everywhere. The error is measured when the changes promise that it is
+/// small enough, and now and then. Impulses and velocities from the first contact of the section on; `memory` has begun.
 pub fn sweeps<const D: usize>(
-    blocks: &Blocks<D>,
+    section: Section<'_, D>,
     (tolerance, most): (f64, usize),
     (r, u): (&mut [[f64; D]], &mut [[f64; D]]),
     memory: &mut SweepMemory<D>,
     watch: &mut Watch,
 ) -> (usize, Errors, Ended) {
-    let (prices, size) = (Prices::of(blocks), blocks.size());
-    memory.begin(blocks, r);
+    let (count, contacts) = (section.count, section.range());
+    let (prices, size) = (Prices::of(section), section.size());
+    memory.decay.begin();
     let too_fast = if most > 0 { 2.0 * tolerance * size } else { f64::INFINITY };
-    let mut found = memory.measure_start(blocks, too_fast, (r, u));
+    let mut found = memory.measure_start(section, too_fast, (r, u));
     if found.solves(tolerance) {
         return (0, found, Ended::Solved);
     }
     let mut best = found;
-    memory.best.clear();
-    memory.best.extend_from_slice(r);
     let mut end = (0, Ended::LeftOff);
     let mut measured = 0;
     for k in 1..=most {
         end.0 = k;
-        let change = memory.sweep(blocks, r);
-        let change = if blocks.by_contact { change.largest } else { change.squared.sqrt() } / size;
+        let change = memory.sweep(section, r);
+        let change = if section.blocks.by_contact { change.largest } else { change.squared.sqrt() } / size;
         let decay = &mut memory.decay;
         decay.changes.push(change);
         let over = k == most || !change.is_finite();
@@ -378,13 +389,13 @@ pub fn sweeps<const D: usize>(
             continue;
         }
         measured = k;
-        found = memory.measure(blocks, r, u);
+        found = memory.measure(section, r, u);
         if found.solves(tolerance) {
             return (k, found, Ended::Solved);
         }
         if found.worst() < best.worst() {
             best = found;
-            memory.best.copy_from_slice(r);
+            memory.best[contacts.clone()].copy_from_slice(&r[..count]);
         }
         if !watch(&Progress { stage: "sweeps", iterations: k, residual: found.worst() }) {
             end.1 = Ended::Interrupted;
@@ -399,6 +410,6 @@ pub fn sweeps<const D: usize>(
             break;
         }
     }
-    r.copy_from_slice(&memory.best);
+    r[..count].copy_from_slice(&memory.best[contacts]);
     (end.0, best, end.1)
 }

@@ -3,8 +3,9 @@
 
 use super::dissection::dissected;
 use super::graph::Graph;
-use super::layout::{Front, lay_out};
+use super::layout::{Front, Span, lay_out};
 use super::ordering::{inverse, minimum_degree};
+use std::sync::Arc;
 
 /// What the pattern of a matrix says about its factors.
 #[derive(Clone, Debug, Default)]
@@ -17,7 +18,7 @@ pub struct Analysis {
     pub(super) sizes: Sizes,
     /// Multiply-adds of a factorisation.
     pub flops: f64,
-    pub(super) pattern: Graph,
+    pub(super) pattern: Arc<Graph>,
 }
 
 /// What fronts list, one after another; a front knows its spans.
@@ -69,22 +70,26 @@ const LARGE: f64 = 1e8;
 impl Analysis {
     /// Analyses a pattern under the order that keeps its factors sparse.
     pub fn new(graph: &Graph) -> Self {
-        let (mut tree, mut groups) = eliminated(graph, &minimum_degree(graph));
-        if flops(&groups) > LARGE {
-            let other = eliminated(graph, &dissected(graph, minimum_degree));
-            if flops(&other.1) < flops(&groups) {
-                (tree, groups) = other;
+        Self::of(&Arc::new(graph.clone()))
+    }
+    /// The same of a pattern that is shared.
+    pub fn of(graph: &Arc<Graph>) -> Self {
+        let mut groups = Groups::of(graph, &minimum_degree(graph));
+        if groups.flops() > LARGE {
+            let other = Groups::of(graph, &dissected(graph, minimum_degree));
+            if other.flops() < groups.flops() {
+                groups = other;
             }
         }
-        let flops = flops(&groups);
-        let mut analysis = lay_out(graph, &tree.order, groups);
+        let flops = groups.flops();
+        let mut analysis = lay_out(graph, groups);
         analysis.flops = flops;
         analysis.pattern = graph.clone();
         analysis
     }
     /// True when this is the analysis of that pattern.
     pub fn fits(&self, graph: &Graph) -> bool {
-        self.pattern == *graph
+        *self.pattern == *graph
     }
     /// The pattern that was analysed.
     pub fn pattern(&self) -> &Graph {
@@ -93,22 +98,6 @@ impl Analysis {
 }
 
 pub(super) const NONE: u32 = u32::MAX;
-
-/// The elimination in that order, made contiguous: its tree and its fronts.
-fn eliminated(graph: &Graph, order: &[u32]) -> (Tree, Vec<Group>) {
-    let tree = Tree::of(graph, &postordered(graph, order));
-    let groups = tree.merged(graph);
-    (tree, groups)
-}
-
-/// Multiply-adds of a factorisation.
-fn flops(groups: &[Group]) -> f64 {
-    let one = |g: &Group| {
-        let (p, b) = (f64::from(g.pivot_scalars), f64::from(g.row_scalars));
-        p * p * p / 3.0 * 2.0 + 2.0 * p * p * b + p * b * b
-    };
-    groups.iter().map(one).sum()
-}
 
 /// Parents in the elimination tree, by position (Liu's algorithm with path compression).
 fn parents(graph: &Graph, order: &[u32], position: &[u32]) -> Vec<u32> {
@@ -131,142 +120,203 @@ fn parents(graph: &Graph, order: &[u32], position: &[u32]) -> Vec<u32> {
     parent
 }
 
-/// The same elimination with every subtree contiguous.
-fn postordered(graph: &Graph, order: &[u32]) -> Vec<u32> {
-    let parent = parents(graph, order, &inverse(order));
-    let n = order.len();
-    let (mut head, mut next) = (vec![NONE; n], vec![NONE; n]);
-    for k in (0..n).rev() {
-        if parent[k] != NONE {
-            next[k] = head[parent[k] as usize];
-            head[parent[k] as usize] = k as u32;
-        }
-    }
-    let mut out = Vec::with_capacity(n);
-    let mut stack = Vec::new();
-    for root in (0..n).filter(|&k| parent[k] == NONE) {
-        stack.push(root as u32);
-        while let Some(&k) = stack.last() {
-            let child = head[k as usize];
-            if child == NONE {
-                out.push(order[k as usize]);
-                stack.pop();
-            } else {
-                head[k as usize] = next[child as usize];
-                stack.push(child);
-            }
-        }
-    }
-    out
-}
-
-/// The elimination tree with the structure of every column, by position.
+/// The elimination tree, every subtree contiguous.
 struct Tree {
     order: Vec<u32>,
-    position: Vec<u32>,
-    parent: Vec<u32>,
-}
-
-/// A front under construction, by position.
-#[derive(Default)]
-pub(super) struct Group {
-    pub pivots: Vec<u32>,
-    pub rows: Vec<u32>,
-    pub children: Vec<u32>,
-    pub pivot_scalars: u32,
-    pub row_scalars: u32,
-    /// Zeros stored because of merging.
-    zeros: f64,
+    /// The first child of every position, and the next child of its parent, ascending.
+    child: Vec<u32>,
+    next: Vec<u32>,
 }
 
 impl Tree {
+    /// That of an elimination in this order, made contiguous.
     fn of(graph: &Graph, order: &[u32]) -> Self {
-        let position = inverse(order);
-        let parent = parents(graph, order, &position);
-        Tree { order: order.to_vec(), position, parent }
+        let parent = parents(graph, order, &inverse(order));
+        let n = order.len();
+        let (mut child, mut next) = siblings(&parent);
+        let mut out = Vec::with_capacity(n);
+        let mut stack = Vec::with_capacity(n);
+        for root in (0..n).filter(|&k| parent[k] == NONE) {
+            stack.push(root as u32);
+            while let Some(&k) = stack.last() {
+                let first = child[k as usize];
+                if first == NONE {
+                    out.push(k);
+                    stack.pop();
+                } else {
+                    child[k as usize] = next[first as usize];
+                    stack.push(first);
+                }
+            }
+        }
+        let place = inverse(&out);
+        let moved =
+            |k: u32| if parent[k as usize] == NONE { NONE } else { place[parent[k as usize] as usize] };
+        let parent: Vec<u32> = out.iter().map(|&k| moved(k)).collect();
+        (child, next) = siblings(&parent);
+        out.iter_mut().for_each(|k| *k = order[*k as usize]);
+        Tree { order: out, child, next }
     }
+}
 
-    /// Fronts: columns merged with their parents where that stores few zeros. Children come before parents.
-    fn merged(&self, graph: &Graph) -> Vec<Group> {
-        let n = self.order.len();
-        let size = |k: u32| graph.sizes[self.order[k as usize] as usize];
-        let mut groups: Vec<Option<Group>> = Vec::with_capacity(n);
-        let mut waiting: Vec<Vec<u32>> = vec![Vec::new(); n];
+/// The first child of every position and the next child of its parent, ascending.
+fn siblings(parent: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let (mut child, mut next) = (vec![NONE; parent.len()], vec![NONE; parent.len()]);
+    for k in (0..parent.len()).rev().filter(|&k| parent[k] != NONE) {
+        let parent = parent[k] as usize;
+        next[k] = child[parent];
+        child[parent] = k as u32;
+    }
+    (child, next)
+}
+
+/// Fronts under construction, children before parents, with what they list one after another.
+#[derive(Default)]
+pub(super) struct Groups {
+    pub all: Vec<Group>,
+    /// Nodes.
+    pub pivots: Vec<u32>,
+    /// Nodes; those of some groups are those of nobody any more.
+    pub rows: Vec<u32>,
+    /// Groups.
+    pub children: Vec<u32>,
+}
+
+/// A front under construction.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Group {
+    pub pivots: Span,
+    pub rows: Span,
+    pub children: Span,
+    pub pivot_scalars: u32,
+    pub row_scalars: u32,
+}
+
+/// A group while columns are merged, by the position of its last pivot.
+#[derive(Clone, Copy, Debug)]
+struct Merging {
+    group: Group,
+    /// Zeros stored because of merging.
+    zeros: f64,
+    /// Its first and last pivot, and its first child: chains by position.
+    first: u32,
+    last: u32,
+    child: u32,
+    absorbed: bool,
+}
+
+impl Groups {
+    /// Those of an elimination: columns merged with their parents where that stores few zeros.
+    fn of(graph: &Graph, order: &[u32]) -> Self {
+        let tree = Tree::of(graph, order);
+        let n = tree.order.len();
+        let position = inverse(&tree.order);
+        let size = |k: u32| graph.sizes[tree.order[k as usize] as usize];
+        let mut groups = Groups { rows: Vec::with_capacity(2 * graph.neighbours.len()), ..Groups::default() };
+        let mut merging: Vec<Merging> = Vec::with_capacity(n);
+        // the next pivot of the same group, and the next child of the same parent
+        let (mut pivot, mut sibling) = (vec![NONE; n], vec![NONE; n]);
         let mut mark = vec![NONE; n];
         for k in 0..n as u32 {
             mark[k as usize] = k;
-            let mut rows = Vec::new();
-            let mut add = |i: u32| {
+            let start = groups.rows.len();
+            let rows = &mut groups.rows;
+            let mut add = |i: u32, rows: &mut Vec<u32>| {
                 if i > k && mark[i as usize] != k {
                     mark[i as usize] = k;
                     rows.push(i);
                 }
             };
-            let own = graph.row(self.order[k as usize] as usize);
-            graph.neighbours[own].iter().for_each(|&j| add(self.position[j as usize]));
-            let children = std::mem::take(&mut waiting[k as usize]);
-            for &c in &children {
-                let child = groups[c as usize].as_ref().expect("a waiting child is a group");
-                child.rows.iter().for_each(|&i| add(i));
-            }
-            rows.sort_unstable();
-            let row_scalars = rows.iter().map(|&i| size(i)).sum();
-            let pivots = vec![k];
-            let mut group = Group { pivots, rows, pivot_scalars: size(k), row_scalars, ..Group::default() };
-            for c in children {
-                let child = groups[c as usize].take().expect("a waiting child is a group");
-                if let Some(child) = absorb(&mut group, child) {
-                    groups[c as usize] = Some(child);
-                    group.children.push(c);
+            let own = graph.row(tree.order[k as usize] as usize);
+            graph.neighbours[own].iter().for_each(|&j| add(position[j as usize], rows));
+            let mut c = tree.child[k as usize];
+            while c != NONE {
+                for at in merging[c as usize].group.rows.range() {
+                    let row = rows[at];
+                    add(row, rows);
                 }
+                c = tree.next[c as usize];
             }
-            if self.parent[k as usize] != NONE {
-                // the parent of a group is that of its last pivot
-                waiting[self.parent[k as usize] as usize].push(k);
+            rows[start..].sort_unstable();
+            let row_scalars = rows[start..].iter().map(|&i| size(i)).sum();
+            let span = Span::since(start, rows);
+            let group = Group { rows: span, pivot_scalars: size(k), row_scalars, ..Group::default() };
+            let mut own = Merging { group, zeros: 0.0, first: k, last: k, child: NONE, absorbed: false };
+            let mut c = tree.child[k as usize];
+            while c != NONE {
+                if own.absorb(&mut merging[c as usize], (&mut pivot, &mut sibling)) {
+                    merging[c as usize].absorbed = true;
+                } else {
+                    sibling[c as usize] = own.child;
+                    own.child = c;
+                }
+                c = tree.next[c as usize];
             }
-            groups.push(Some(group));
+            merging.push(own);
         }
-        compact(groups)
+        groups.gather(&merging, (&pivot, &sibling), &tree.order);
+        groups
+    }
+    /// Takes what was not absorbed, by nodes and by groups.
+    fn gather(&mut self, merging: &[Merging], (pivot, sibling): (&[u32], &[u32]), order: &[u32]) {
+        let mut name = vec![NONE; merging.len()];
+        self.pivots.reserve_exact(merging.len());
+        for (k, own) in merging.iter().enumerate().filter(|m| !m.1.absorbed) {
+            name[k] = self.all.len() as u32;
+            let (pivots, children) = (self.pivots.len(), self.children.len());
+            let mut at = own.first;
+            while at != NONE {
+                self.pivots.push(order[at as usize]);
+                at = pivot[at as usize];
+            }
+            let mut c = own.child;
+            while c != NONE {
+                self.children.push(name[c as usize]);
+                c = sibling[c as usize];
+            }
+            self.children[children..].sort_unstable(); // remainders wait in this order
+            let (pivots, children) =
+                (Span::since(pivots, &self.pivots), Span::since(children, &self.children));
+            self.all.push(Group { pivots, children, ..own.group });
+        }
+        self.rows.iter_mut().for_each(|i| *i = order[*i as usize]);
+    }
+    /// Multiply-adds of a factorisation.
+    fn flops(&self) -> f64 {
+        let one = |g: &Group| {
+            let (p, b) = (f64::from(g.pivot_scalars), f64::from(g.row_scalars));
+            p * p * p / 3.0 * 2.0 + 2.0 * p * p * b + p * b * b
+        };
+        self.all.iter().map(one).sum()
     }
 }
 
-/// Merges a child into its parent when that stores few zeros; gives it back otherwise.
-fn absorb(group: &mut Group, child: Group) -> Option<Group> {
-    let pivots = child.pivot_scalars + group.pivot_scalars;
-    let missing = (group.pivot_scalars + group.row_scalars - child.row_scalars) as f64;
-    let zeros = child.zeros + group.zeros + missing * child.pivot_scalars as f64;
-    let stored = pivots as f64 * (0.5 * pivots as f64 + group.row_scalars as f64);
-    let allowed = match pivots {
-        0..=6 => 0.5,
-        7..=12 => 0.2,
-        13..=32 => 0.1,
-        _ => 0.05,
-    };
-    if zeros > allowed * stored {
-        return Some(child);
-    }
-    let mut merged = child.pivots;
-    merged.append(&mut group.pivots);
-    group.pivots = merged;
-    let mut children = child.children;
-    children.append(&mut group.children);
-    group.children = children;
-    group.pivot_scalars = pivots;
-    group.zeros = zeros;
-    None
-}
-
-/// Removes the holes that merging left.
-fn compact(groups: Vec<Option<Group>>) -> Vec<Group> {
-    let mut name = vec![NONE; groups.len()];
-    let mut out: Vec<Group> = Vec::new();
-    for (k, group) in groups.into_iter().enumerate() {
-        if let Some(mut group) = group {
-            name[k] = out.len() as u32;
-            group.children.iter_mut().for_each(|c| *c = name[*c as usize]);
-            group.children.sort_unstable(); // remainders wait in this order
-            out.push(group);
+impl Merging {
+    /// Merges a child into its parent when that stores few zeros; whether it did.
+    fn absorb(&mut self, child: &mut Merging, (pivot, sibling): (&mut [u32], &mut [u32])) -> bool {
+        let (own, other) = (&mut self.group, &child.group);
+        let pivots = other.pivot_scalars + own.pivot_scalars;
+        let missing = (own.pivot_scalars + own.row_scalars - other.row_scalars) as f64;
+        let zeros = child.zeros + self.zeros + missing * other.pivot_scalars as f64;
+        let stored = pivots as f64 * (0.5 * pivots as f64 + own.row_scalars as f64);
+        let allowed = match pivots {
+            0..=6 => 0.5,
+            7..=12 => 0.2,
+            13..=32 => 0.1,
+            _ => 0.05,
+        };
+        if zeros > allowed * stored {
+            return false;
         }
+        (own.pivot_scalars, self.zeros) = (pivots, zeros);
+        pivot[child.last as usize] = self.first;
+        self.first = child.first;
+        while child.child != NONE {
+            let c = child.child;
+            child.child = sibling[c as usize];
+            sibling[c as usize] = self.child;
+            self.child = c;
+        }
+        true
     }
-    out
 }

@@ -2,7 +2,7 @@
 //! by pivots, U pivots by rows, C the remainder. P, L and U form its panel, which a factorisation keeps; C waits on
 //! a stack for the parent. Knows no numbers.
 
-use super::analysis::{Analysis, Block, Group, Lists, NONE};
+use super::analysis::{Analysis, Block, Group, Groups, Lists, NONE};
 use super::graph::Graph;
 use super::kernel::padded;
 
@@ -16,10 +16,14 @@ pub(super) struct Span {
 impl Span {
     /// What it spans.
     pub fn of<T>(self, list: &[T]) -> &[T] {
-        &list[self.start as usize..self.end as usize]
+        &list[self.range()]
+    }
+    /// The same places.
+    pub fn range(self) -> std::ops::Range<usize> {
+        self.start as usize..self.end as usize
     }
     /// The end of a list from `start` on.
-    fn since<T>(start: usize, list: &[T]) -> Self {
+    pub fn since<T>(start: usize, list: &[T]) -> Self {
         Span { start: start as u32, end: list.len() as u32 }
     }
 }
@@ -86,53 +90,55 @@ struct Places {
 }
 
 /// Turns groups into fronts with positions, runs and blocks.
-pub(super) fn lay_out(graph: &Graph, order: &[u32], groups: Vec<Group>) -> Analysis {
+pub(super) fn lay_out(graph: &Graph, groups: Groups) -> Analysis {
     let n = graph.nodes();
+    let Groups { all, pivots, mut rows, children } = groups;
     let mut analysis = Analysis { order: Vec::with_capacity(graph.scalars()), ..Analysis::default() };
     let mut places = Places { position: vec![0; n], owner: vec![NONE; n], local: vec![0; n] };
-    for (f, group) in groups.iter().enumerate() {
-        for &k in &group.pivots {
-            let node = order[k as usize] as usize;
+    for (f, group) in all.iter().enumerate() {
+        for &node in group.pivots.of(&pivots) {
+            let node = node as usize;
             places.position[node] = analysis.order.len() as u32;
             places.owner[node] = f as u32;
             analysis.order.extend(graph.first[node]..graph.first[node + 1]);
         }
     }
-    let stacks = stacks(&groups);
-    let mut rows_of: Vec<Vec<u32>> = Vec::with_capacity(groups.len());
-    for (f, group) in groups.iter().enumerate() {
-        let pivots: Vec<u32> = group.pivots.iter().map(|&k| order[k as usize]).collect();
-        let mut rows: Vec<u32> = group.rows.iter().map(|&k| order[k as usize]).collect();
+    analysis.fronts.reserve_exact(all.len());
+    analysis.lists.blocks.reserve_exact(graph.neighbours.len());
+    analysis.lists.chunks.reserve(all.len());
+    analysis.lists.positions.reserve_exact(all.iter().map(|g| g.row_scalars as usize).sum());
+    let stacks = stacks(&all, &children);
+    for (f, group) in all.iter().enumerate() {
+        let (pivots, own) = (group.pivots.of(&pivots), group.rows.range());
         // the rows follow the order of elimination of the merged fronts
-        rows.sort_unstable_by_key(|&i| places.position[i as usize]);
+        rows[own.clone()].sort_unstable_by_key(|&i| places.position[i as usize]);
         let mut front = Front {
             pivots: group.pivot_scalars as usize,
             rows: group.row_scalars as usize,
             first: places.position[pivots[0] as usize] as usize,
             panel: analysis.sizes.panels,
             stack: stacks[f],
+            children: group.children,
             ..Front::default()
         };
         let mut local = 0;
-        for &i in pivots.iter().chain(&rows) {
+        for &i in pivots.iter().chain(&rows[own.clone()]) {
             places.local[i as usize] = local;
             local += graph.sizes[i as usize];
         }
         let lists = &mut analysis.lists;
-        front.chunks = push_chunks(graph, &pivots, lists);
-        front.blocks = push_blocks(graph, &front, (&pivots, f as u32), &places, lists);
-        front.positions = push_positions(graph, &rows, &places, lists);
-        let start = lists.children.len();
-        lists.children.extend_from_slice(&group.children);
-        front.children = Span::since(start, &lists.children);
-        for &c in &group.children {
-            let runs = push_runs(graph, &rows_of[c as usize], front.pivots as u32, &places, lists);
-            analysis.fronts[c as usize].runs = runs;
+        front.chunks = push_chunks(graph, pivots, lists);
+        front.blocks = push_blocks(graph, &front, (pivots, f as u32), &places, lists);
+        front.positions = push_positions(graph, &rows[own], &places, lists);
+        for &c in group.children.of(&children) {
+            let of_child = all[c as usize].rows.of(&rows);
+            analysis.fronts[c as usize].runs =
+                push_runs(graph, of_child, front.pivots as u32, &places, lists);
         }
         measure(&front, &mut analysis);
         analysis.fronts.push(front);
-        rows_of.push(rows);
     }
+    analysis.lists.children = children;
     stack_sizes(&mut analysis);
     analysis
 }
@@ -148,10 +154,10 @@ fn measure(front: &Front, analysis: &mut Analysis) {
 }
 
 /// The stack of every front: that of its parent's siblings is the other one.
-fn stacks(groups: &[Group]) -> Vec<usize> {
+fn stacks(groups: &[Group], children: &[u32]) -> Vec<usize> {
     let mut stack = vec![0; groups.len()];
     for (f, group) in groups.iter().enumerate().rev() {
-        group.children.iter().for_each(|&c| stack[c as usize] = 1 - stack[f]);
+        group.children.of(children).iter().for_each(|&c| stack[c as usize] = 1 - stack[f]);
     }
     stack
 }

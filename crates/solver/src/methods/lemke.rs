@@ -5,7 +5,8 @@
 
 use crate::cone::project;
 use crate::delassus::{Csr, delassus_of, right_hand_side_of};
-use crate::friction_problem::{FrictionProblem, measure, project_on_cone};
+use crate::friction_measure::measure;
+use crate::friction_problem::{FrictionProblem, project_on_cone};
 use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage};
 use crate::impulse_solver::{ImpulseSolver, SolveSettings};
 use crate::lcp::{Judge, LcpEnd, solve_lcp, solve_lcp_with};

@@ -17,6 +17,7 @@ mod minimum_norm_mixed;
 mod mixed;
 mod mixed_oracle;
 mod oracle;
+mod parts;
 mod random;
 mod scenes;
 mod solvers;
