@@ -1,7 +1,7 @@
 //! The pipeline where a matrix falls into parts. Errors of parts add up to those of the whole, each a share of its own |q|.
 
 use super::analyses::Analyses;
-use super::blocks::{Blocks, Section, squared_length};
+use super::blocks::{Blocks, Section};
 use super::judge::{Errors, HAND};
 use super::memory::Memory;
 use super::operator::Matrix;
@@ -9,7 +9,6 @@ use super::parts::Parts;
 use super::stage::StageEnd;
 use super::sweeps::{self, Ended};
 use super::{Answer, Goal, factorised, is_given};
-use crate::friction_solver::Stage;
 use crate::watch::Watch;
 use std::sync::Arc;
 
@@ -27,13 +26,9 @@ pub fn solve_parts<const D: usize>(
 ) -> Answer {
     let given = is_given(r).then(|| memory.pool.copy(r));
     memory.sweeps.begin(blocks, r);
-    let mut stages = std::mem::take(&mut memory.stages);
-    stages.clear();
-    stages.push(Stage { name: "sweeps", iterations: 0 });
-    let (mut all, mut squares) = (Answer { stages, ..Answer::nothing() }, Squares::default());
-    let whole = squared_length(blocks.velocity.as_flattened());
-    let each = whole / blocks.count() as f64;
-    let mut allowance = Allowance { each, left: 0.0 };
+    let mut all = Answer { stages: memory.stages_after(0), ..Answer::nothing() };
+    let (mut squares, whole) = (Squares::default(), blocks.all().squared_velocity());
+    let mut allowance = Allowance { each: whole / blocks.count() as f64, left: 0.0 };
     let mut left = Vec::new();
     for part in parts.ranges() {
         let section = blocks.section(part.clone());

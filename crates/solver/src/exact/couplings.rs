@@ -163,7 +163,9 @@ impl<const D: usize> Row<'_, D> {
 
 struct Velocities<'a, const D: usize> {
     rows: Rows<'a, D>,
-    given: &'a [[f64; D]],
+    /// S, the unit matrix where it is not given, and q, zero where it is not.
+    shares: Option<&'a [[f64; D]]>,
+    given: Option<&'a [[f64; D]]>,
     r: &'a [f64],
     out: &'a mut [[f64; D]],
 }
@@ -172,12 +174,14 @@ impl<const D: usize> WithSimd for Velocities<'_, D> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Velocities { rows, given, r, out } = self;
-        for ((out, given), (i, row)) in out.iter_mut().zip(given).zip(rows.enumerate()) {
-            // q comes last: impulses so huge that they swallow it, and hold each other up, hide it otherwise
+        let Velocities { rows, shares, given, r, out } = self;
+        for (i, (out, row)) in out.iter_mut().zip(rows).enumerate() {
             let pulled = row.pull_all(simd, &[0.0; D], r, i);
+            let share = shares.map_or([1.0; D], |shares| shares[i]);
+            let given = given.map_or([0.0; D], |given| given[i]);
+            // q comes last: impulses so huge that they swallow it, and hold each other up, hide it otherwise
             for k in 0..D {
-                out[k] = pulled[k] + given[k];
+                out[k] = pulled[k] * share[k] + given[k];
             }
         }
     }
@@ -186,30 +190,7 @@ impl<const D: usize> WithSimd for Velocities<'_, D> {
 /// out = W r + q, impulses `places` numbers apart, for as many contacts as `out` has room for, at most those that the
 /// rows are of.
 pub fn velocities<const D: usize>(rows: Rows<'_, D>, q: &[[f64; D]], r: &[f64], out: &mut [[f64; D]]) {
-    in_fours(Velocities { rows, given: q, r, out });
-}
-
-struct ScaledVelocities<'a, const D: usize> {
-    rows: Rows<'a, D>,
-    shares: &'a [[f64; D]],
-    given: Option<&'a [[f64; D]]>,
-    r: &'a [f64],
-    out: &'a mut [[f64; D]],
-}
-
-impl<const D: usize> WithSimd for ScaledVelocities<'_, D> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let ScaledVelocities { rows, shares, given, r, out } = self;
-        for ((out, shares), (i, row)) in out.iter_mut().zip(shares).zip(rows.enumerate()) {
-            let pulled = row.pull_all(simd, &[0.0; D], r, i);
-            let given = given.map_or([0.0; D], |given| given[i]);
-            for k in 0..D {
-                out[k] = pulled[k] * shares[k] + given[k];
-            }
-        }
-    }
+    in_fours(Velocities { rows, shares: None, given: Some(q), r, out });
 }
 
 /// out = S W S x + q with S diagonal, q = 0 where none is given; `spaced` is memory.
@@ -225,7 +206,7 @@ pub fn scaled_velocities<const D: usize>(
             spaced[k] = x[k] * shares[k];
         }
     }
-    in_fours(ScaledVelocities { rows: couplings.rows(0), shares, given: q, r: spaced, out });
+    in_fours(Velocities { rows: couplings.rows(0), shares: Some(shares), given: q, r: spaced, out });
 }
 
 /// Writes impulses `places` numbers apart.

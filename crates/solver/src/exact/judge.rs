@@ -42,8 +42,9 @@ impl<const D: usize> WithSimd for Judge<'_, D> {
     type Output = Errors;
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Errors {
-        let Judge(part, r, u) = self;
-        let (count, velocity, friction, norms) = (part.count, part.velocity(), part.friction(), part.norms());
+        let Judge(section, r, u) = self;
+        let (count, velocity, friction, norms) =
+            (section.count, section.velocity(), section.friction(), section.norms());
         let zero = Lane::all(simd, 0.0);
         let (mut natural, mut scaled, mut size) = (Sum::default(), Sum::default(), Sum::default());
         let mut largest = zero;
@@ -68,8 +69,8 @@ impl<const D: usize> WithSimd for Judge<'_, D> {
             scaled.add(first, in_velocity);
             size.add(first, live * dot(q, q));
         }
-        if part.blocks.by_contact {
-            let worst = largest.greatest().sqrt() / part.largest_velocity();
+        if section.blocks.by_contact {
+            let worst = largest.greatest().sqrt() / section.largest_velocity();
             let worst = if scaled.total().is_finite() { worst } else { f64::INFINITY };
             return Errors { natural: worst, scaled: worst };
         }
@@ -85,6 +86,6 @@ pub fn errors<const D: usize>(blocks: &Blocks<D>, r: &[[f64; D]], u: &[[f64; D]]
 }
 
 /// The same of some contacts, r and u from the first of them on; registers read on behind the last.
-pub fn errors_of<const D: usize>(part: Section<'_, D>, r: &[[f64; D]], u: &[[f64; D]]) -> Errors {
-    in_widest(Judge(part, r, u))
+pub fn errors_of<const D: usize>(section: Section<'_, D>, r: &[[f64; D]], u: &[[f64; D]]) -> Errors {
+    in_widest(Judge(section, r, u))
 }

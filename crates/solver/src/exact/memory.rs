@@ -7,7 +7,7 @@ use super::scaled::Scaled;
 use super::step::Pair;
 use super::sweeps::SweepMemory;
 use super::system::System;
-use crate::friction_solver::StageList;
+use crate::friction_solver::{Stage, StageList};
 
 /// Vectors over contacts, and pairs of the interior point, that nobody uses at the moment.
 #[derive(Clone, Debug, Default)]
@@ -72,4 +72,14 @@ pub struct Memory<const D: usize> {
     pub pool: Pool<D>,
     /// The list of stages.
     pub stages: StageList,
+}
+
+impl<const D: usize> Memory<D> {
+    /// The list of stages with so many sweeps in it.
+    pub fn stages_after(&mut self, sweeps: usize) -> StageList {
+        let mut stages = std::mem::take(&mut self.stages);
+        stages.clear();
+        stages.push(Stage { name: "sweeps", iterations: sweeps });
+        stages
+    }
 }

@@ -28,6 +28,7 @@ pub(crate) mod lane;
 pub(crate) mod local;
 mod local_lanes;
 mod mass_roots;
+mod matrix_form;
 mod memory;
 mod minimum_norm;
 mod minimum_norm_mixed;
@@ -58,35 +59,22 @@ mod warm;
 mod way;
 mod whole_face;
 
-use crate::friction_measure::{Measure, judged, measure, measured_in};
-use crate::friction_problem::{FrictionProblem, is_on_cone, project_on_cone};
-use crate::friction_solver::{FrictionOutcome, FrictionSettings, FrictionSolver, Stage, StageList};
+use crate::friction_problem::FrictionProblem;
+use crate::friction_solver::{Stage, StageList};
 use crate::impulse_solver::{Content, ImpulseChoice};
-use crate::methods::lemke::Lemke;
-use crate::stopwatch::Stopwatch;
 use crate::watch::{Progress, Watch, unwatched};
 use analyses::Analyses;
-use at_once::at_once;
 use blocks::Blocks;
-use by_parts::solve_parts;
 pub use contacts::ExactContacts;
 use interior_point::{CENTRED, STEPS, Start, interior_point};
 use judge::Errors;
+pub use matrix_form::Exact;
 use memory::Memory;
 use path::follow;
 use patient::{is_cheap, patient};
 use proximal::{error_at, proximal};
 use stage::{Solve, StageEnd};
 use sweeps::Ended;
-
-/// The exact solver for problems in matrix form; holds memory between solves. What it finds out about a graph of contacts
-/// it finds out anew in each: a matrix does not say that its graph still stands.
-#[derive(Clone, Debug, Default)]
-pub struct Exact {
-    lines: Memory<1>,
-    plane: Memory<2>,
-    space: Memory<3>,
-}
 
 /// Weight of the first proximal step.
 const WEIGHT: f64 = 0.1;
@@ -180,170 +168,6 @@ impl Answer {
     }
 }
 
-impl FrictionSolver for Exact {
-    fn name(&self) -> &'static str {
-        "exact"
-    }
-    fn finds(&self, _choice: ImpulseChoice) -> bool {
-        true
-    }
-    fn work(
-        &mut self,
-        problem: &FrictionProblem,
-        settings: &FrictionSettings,
-        impulses: &mut [f64],
-        watch: &mut Watch,
-    ) -> FrictionOutcome {
-        let any = settings.impulses != ImpulseChoice::MinimumNorm;
-        if any && let Some(found) = at_once(problem, settings, impulses) {
-            return found.outcome();
-        }
-        match problem.dimension {
-            1 if any && problem.contacts() <= FEW => {
-                let mut found = impulses.to_vec();
-                let outcome = Lemke.solve(problem, settings, &mut found, watch);
-                if outcome.solved {
-                    impulses.copy_from_slice(&found);
-                    return outcome;
-                }
-                in_dimension(problem, settings, impulses, &mut self.lines, watch)
-            }
-            1 => {
-                let found = in_dimension(problem, settings, impulses, &mut self.lines, watch);
-                if found.solved || settings.impulses == ImpulseChoice::MinimumNorm {
-                    found
-                } else {
-                    pivoted(problem, settings, impulses, watch, found)
-                }
-            }
-            2 => in_dimension(problem, settings, impulses, &mut self.plane, watch),
-            _ => in_dimension(problem, settings, impulses, &mut self.space, watch),
-        }
-    }
-}
-
-/// Complementarity problems that are not monotone are beyond every stage, but not beyond pivoting.
-const PIVOTED: usize = 400;
-/// So few contacts that pivoting comes before all stages.
-const FEW: usize = 16;
-
-fn pivoted(
-    problem: &FrictionProblem,
-    settings: &FrictionSettings,
-    impulses: &mut [f64],
-    watch: &mut Watch,
-    mut found: FrictionOutcome,
-) -> FrictionOutcome {
-    if problem.contacts() > PIVOTED {
-        return found;
-    }
-    let mut other = vec![0.0; impulses.len()];
-    let mut pivots = Lemke.solve(problem, settings, &mut other, watch);
-    found.stages.append(&mut pivots.stages);
-    found.seconds += pivots.seconds;
-    let better =
-        pivots.measure.natural.max(pivots.measure.scaled) < found.measure.natural.max(found.measure.scaled);
-    if pivots.solved || better {
-        impulses.copy_from_slice(&other);
-        found.measure = pivots.measure;
-        found.solved = pivots.solved;
-        found.reason = pivots.reason;
-    }
-    found
-}
-
-fn in_dimension<const D: usize>(
-    problem: &FrictionProblem,
-    settings: &FrictionSettings,
-    impulses: &mut [f64],
-    memory: &mut Memory<D>,
-    watch: &mut Watch,
-) -> FrictionOutcome {
-    let made = problem.matrix.made(D);
-    // the least impulses are looked for all at once
-    let parts = made.parts.as_deref().filter(|_| settings.impulses != ImpulseChoice::MinimumNorm);
-    let mut blocks = std::mem::take(&mut memory.blocks);
-    let mut r = memory.pool.copy(impulses.as_chunks::<D>().0);
-    match parts {
-        Some(parts) => {
-            blocks.read_parts(problem, parts);
-            parts.gather(impulses.as_chunks::<D>().0, &mut r);
-            // a start that is no number says nothing, and would be read beside those of other parts
-            r.iter_mut().filter(|r| !r.iter().all(|x| x.is_finite())).for_each(|r| *r = [0.0; D]);
-        }
-        None => blocks.read(problem),
-    }
-    let started = Stopwatch::start();
-    r.resize(blocks.velocity.len(), [0.0; D]);
-    let mut u = memory.pool.zeros(r.len());
-    let goal = Goal {
-        tolerance: settings.tolerance,
-        sweeps: settings.iterations.min(300),
-        patience: settings.iterations,
-        factorisations: settings.factorisations,
-        impulses: settings.impulses,
-        content: None,
-        polish: false,
-        early: true,
-    };
-    let mut analyses = Analyses::default();
-    let with = (&mut analyses, &mut *memory);
-    let mut answer = match parts {
-        Some(parts) => solve_parts((&made.matrix, parts), &blocks, &goal, (&mut r, &mut u), with, watch),
-        None => solve_blocks(&blocks, &goal, (&mut r, &mut u), with, watch),
-    };
-    let asked = !answer.solved() && answer.is_worth_asking();
-    let strict_feasibility = asked.then(|| feasibility_in::<D>(problem)).flatten();
-    for (r, &mu) in r.iter_mut().zip(&blocks.friction).take(problem.contacts()) {
-        if !is_on_cone(r, mu) {
-            project_on_cone(r, mu);
-            answer.has_velocities = false;
-        }
-    }
-    if let Some(parts) = parts {
-        for vector in [&mut r, &mut u] {
-            let here = memory.pool.copy(vector);
-            parts.scatter(&here, vector);
-            memory.pool.give([here]);
-        }
-    }
-    let (r_found, u_found) = (&r[..problem.contacts()], &u[..problem.contacts()]);
-    let seconds = started.seconds();
-    let mut reached = if answer.has_velocities {
-        judged(problem, r_found, u_found)
-    } else {
-        measured_in::<D>(problem, r_found.as_flattened())
-    };
-    let found = r_found.as_flattened();
-    let solved = reached.solves(settings.tolerance) && !answer.not_least;
-    let mut is_found = true;
-    if !solved && !goal.is_least() && impulses.iter().all(|r| r.is_finite()) {
-        // a short budget may end where the first sweeps have led away from a good start
-        impulses.chunks_exact_mut(D).zip(&problem.friction).for_each(|(r, mu)| project_on_cone(r, *mu));
-        let start = measure(problem, impulses);
-        let worst = |m: &Measure| m.natural.max(0.1 * m.scaled);
-        if worst(&start) < worst(&reached) {
-            (reached, is_found) = (start, false);
-        }
-    }
-    if is_found {
-        impulses.copy_from_slice(found);
-    }
-    let reason = if solved { String::new() } else { reason(&answer) };
-    blocks.forget_matrix();
-    memory.blocks = blocks;
-    memory.pool.give([r, u]);
-    FrictionOutcome {
-        solved,
-        measure: reached,
-        stages: answer.stages,
-        factorisations: answer.factorisations,
-        seconds,
-        reason,
-        strict_feasibility: if solved { None } else { strict_feasibility },
-    }
-}
-
 /// The largest t, at most the largest entry of q, with u_N >= mu |u_T| + t at every contact for some r, u = W r + q
 /// \[m/s\], as far as an interior point finds it: above 0 a solution exists, at or below 0 none need exist. `None`
 /// where no number is found.
@@ -367,21 +191,6 @@ fn feasibility_of<const D: usize>(blocks: &Blocks<D>, analyses: &mut Analyses) -
     feasibility::strict_feasibility(&mut solve)
 }
 
-fn reason(answer: &Answer) -> String {
-    let errors = &answer.errors;
-    let best = format!("best iterate: natural {:.1e}, scaled {:.1e}", errors.natural, errors.scaled);
-    match answer.end {
-        StageEnd::Solved if answer.not_least => {
-            format!(
-                "solved, but not by the least impulses: W is not symmetric, or too large, or no step leads to them; {best}"
-            )
-        }
-        StageEnd::Interrupted => format!("stopped on request; {best}"),
-        StageEnd::OutOfBudget => format!("the factorisations are spent; {best}"),
-        StageEnd::Solved | StageEnd::Stuck => format!("no stage reached the tolerance; {best}"),
-    }
-}
-
 /// The pipeline: impulses in r, and where the sweeps end it their velocities in u.
 fn solve_blocks<const D: usize>(
     blocks: &Blocks<D>,
@@ -397,13 +206,10 @@ fn solve_blocks<const D: usize>(
     memory.sweeps.begin(blocks, r);
     let limits = (goal.tolerance, goal.most_sweeps(given.is_some()));
     let (count, errors, ended) = sweeps::sweeps(blocks.all(), limits, (r, u), &mut memory.sweeps, watch);
-    let mut stages = std::mem::take(&mut memory.stages);
-    stages.clear();
-    stages.push(Stage { name: "sweeps", iterations: count });
     let mut answer = Answer {
         errors,
         end: if ended == Ended::Interrupted { StageEnd::Interrupted } else { StageEnd::Solved },
-        stages,
+        stages: memory.stages_after(count),
         factorisations: 0,
         not_least: goal.is_least(),
         has_velocities: ended == Ended::Solved,
