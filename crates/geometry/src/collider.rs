@@ -78,6 +78,17 @@ impl<S: Kernel> Collider<S> {
             Form::Compound(all) => all.parts.iter().all(|(_, part)| part.is_angular()),
         }
     }
+    /// A distance that its parts surely have from another thing \[m\], of which its frame has the box, and at most the other number; 0
+    /// of shapes without parts.
+    pub(crate) fn clearance(&self, other: impl FnOnce() -> (Aabb<S>, f64)) -> f64 {
+        let tree = match &*self.form {
+            Form::Surface(surface) => &surface.tree,
+            Form::Compound(all) if all.unbounded.is_empty() => &all.tree,
+            _ => return 0.0,
+        };
+        let (bounds, most) = other();
+        tree.clearance(&bounds, most)
+    }
     /// Bounding box at a pose, grown by a margin \[m\]: tight, but infinite across half-spaces and cavities.
     pub fn bounds(&self, pose: &Pose<S>, margin: f64) -> Aabb<S> {
         let tight = match &*self.form {

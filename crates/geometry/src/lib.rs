@@ -6,6 +6,7 @@ mod box_faces;
 mod boxes;
 pub mod broad_phase;
 mod check;
+mod clearance;
 mod clip;
 pub mod collider;
 mod columns;

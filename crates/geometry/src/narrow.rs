@@ -3,6 +3,7 @@
 //! stateless. Knows no bodies.
 
 use crate::balls::{Ball, ball_on_wall, two_balls};
+use crate::clearance::clearance;
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::few::Few;
 use crate::geometry::{ContactPoint, Guess};
@@ -88,7 +89,11 @@ fn by_pieces<S: Kernel>(
         (of_a, of_b) => match (Wall::of(of_a, pose_a), Wall::of(of_b, pose_b)) {
             (_, Some(wall)) => found.wall(a, pose_a, 0, &wall, false),
             (Some(wall), None) => found.wall(b, pose_b, 0, &wall, true),
-            (None, None) => found.walk(a, pose_a, b, pose_b),
+            (None, None) => {
+                if !found.walk(a, pose_a, b, pose_b) {
+                    guess.apart = clearance((a, pose_a), (b, pose_b), margin);
+                }
+            }
         },
     }
     let smallest = found.smallest;
@@ -137,23 +142,30 @@ fn of_balls<S: Kernel>(
 }
 
 impl<S: Kernel> Found<'_, S> {
-    /// Every pair of leaves within the margin.
-    fn walk(&mut self, a: &Collider<S>, pose_a: &Pose<S>, b: &Collider<S>, pose_b: &Pose<S>) {
-        let limit = Cell::new(self.margin);
+    /// Every pair of leaves within the margin; whether there are any.
+    fn walk(&mut self, a: &Collider<S>, pose_a: &Pose<S>, b: &Collider<S>, pose_b: &Pose<S>) -> bool {
+        let (limit, met) = (Cell::new(self.margin), Cell::new(false));
         let box_of_b = |frame: &Pose<S>| b.bounds(&frame.inverse().compose(pose_b), 0.0);
         leaves(a, pose_a, 0, &Query { box_in: &box_of_b, limit: &limit }, &mut |leaf| match leaf {
-            Leaf::Wall(wall, name) => self.wall(b, pose_b, name, &wall, true),
+            Leaf::Wall(wall, name) => {
+                met.set(true);
+                self.wall(b, pose_b, name, &wall, true);
+            }
             Leaf::Piece(a) => {
                 let box_of_a = |frame: &Pose<S>| {
                     let place = frame.inverse().compose(&a.pose);
                     reach_box(&place, |d| S::support(a.core, d).0).grown(a.radius)
                 };
-                leaves(b, pose_b, 0, &Query { box_in: &box_of_a, limit: &limit }, &mut |leaf| match leaf {
-                    Leaf::Wall(wall, _) => self.piece_on_wall(a, &wall, false),
-                    Leaf::Piece(b) => self.pieces(a, b, &mut Guess::default()),
+                leaves(b, pose_b, 0, &Query { box_in: &box_of_a, limit: &limit }, &mut |leaf| {
+                    met.set(true);
+                    match leaf {
+                        Leaf::Wall(wall, _) => self.piece_on_wall(a, &wall, false),
+                        Leaf::Piece(b) => self.pieces(a, b, &mut Guess::default()),
+                    }
                 });
             }
         });
+        met.get()
     }
 
     /// Contacts of two convex pieces.

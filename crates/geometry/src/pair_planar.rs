@@ -90,10 +90,10 @@ impl Kernel for Planar {
         a: Swept<Self>,
         b: Swept<Self>,
         margin: f64,
-        _apart: &mut f64,
+        apart: &mut f64,
         out: &mut Vec<ContactPoint<Self>>,
     ) -> bool {
-        polygons::contacts(&a, &b, margin, out)
+        polygons::contacts(&a, &b, margin, apart, out)
     }
     fn manifold(
         a: &PlanarCore,

@@ -11,11 +11,12 @@ use carom_math::lanes::{Four, Job, Lanes, dispatch};
 use carom_math::{Column, Planar, Rotation, Turn, Vec2, Wide, vec2};
 
 /// Appends the contact points of two cores with gaps up to `margin` \[m\], their names distinct; false where one has too
-/// many corners, or both are points.
+/// many corners, or both are points. Where something shows them farther apart, `apart` becomes by how much \[m\].
 pub fn contacts(
     a: &Swept<Planar>,
     b: &Swept<Planar>,
     margin: f64,
+    apart: &mut f64,
     out: &mut Vec<ContactPoint<Planar>>,
 ) -> bool {
     let (mut own_a, mut own_b) = (None, None);
@@ -25,7 +26,7 @@ pub fn contacts(
     if rows_a.edges + rows_b.edges == 0 {
         return false;
     }
-    dispatch(Two { a: rows_a, b: rows_b, swept: [a, b], margin, out });
+    dispatch(Two { a: rows_a, b: rows_b, swept: [a, b], margin, apart, out });
     true
 }
 
@@ -47,6 +48,7 @@ struct Two<'a, 'b> {
     b: &'a Rows,
     swept: [&'a Swept<'b, Planar>; 2],
     margin: f64,
+    apart: &'a mut f64,
     out: &'a mut Vec<ContactPoint<Planar>>,
 }
 
@@ -234,7 +236,13 @@ impl Two<'_, '_> {
         let [a, b] = self.swept;
         let (turn, radii) = (a.pose.rotation, a.radius + b.radius);
         let posed = self.posed::<L, A, B>(lanes, self.margin + radii);
-        let ends = posed.touches(lanes);
+        let ends = match posed.touches(lanes) {
+            Ok(ends) => ends,
+            Err(beyond) => {
+                *self.apart = beyond - radii;
+                return;
+            }
+        };
         let mut before = None;
         for t in ends.touches.iter().take(ends.count).filter(|t| t.gap <= posed.reach) {
             let middle = (t.on_a + t.on_b - t.normal * (a.radius - b.radius)) * 0.5;
@@ -281,10 +289,11 @@ impl Two<'_, '_> {
 }
 
 impl<const A: usize, const B: usize> Posed<A, B> {
+    /// Where they touch; the largest s(n) that is known where that is beyond reach \[m\].
     #[inline(always)]
-    fn touches<L: Lanes>(&self, lanes: L) -> Ends {
+    fn touches<L: Lanes>(&self, lanes: L) -> Result<Ends, f64> {
         let mut out = Ends::default();
-        let Some(mut found) = self.widest_edge(lanes) else { return out };
+        let mut found = self.widest_edge(lanes)?;
         let tolerance = ROUNDING * self.scale;
         let over = self.facing_edges(lanes, &found, &mut out);
         // where the edges stand over each other no corner is nearer
@@ -294,7 +303,7 @@ impl<const A: usize, const B: usize> Posed<A, B> {
                 found = corner;
                 out.count = 0;
                 if found.gap > self.reach {
-                    return out;
+                    return Err(found.gap);
                 }
                 self.facing_edges(lanes, &found, &mut out);
             }
@@ -302,18 +311,18 @@ impl<const A: usize, const B: usize> Posed<A, B> {
         if out.lowest() > found.gap + 1e-12 * self.scale {
             out.beside_witness(&found);
         }
-        out
+        Ok(out)
     }
 
-    /// The edge normal of either core with the largest s(n), `None` when that is beyond reach; a's edges win ties.
+    /// The edge normal of either core with the largest s(n), that alone when it is beyond reach \[m\]; a's edges win ties.
     #[inline(always)]
-    fn widest_edge<L: Lanes>(&self, lanes: L) -> Option<Separation<Planar>> {
+    fn widest_edge<L: Lanes>(&self, lanes: L) -> Result<Separation<Planar>, f64> {
         let (a, b) = (&self.a, &self.b);
         let (of_a, of_b) = (a.gaps(lanes, b), b.gaps(lanes, a));
         let (most_a, most_b) = (largest(&of_a), largest(&of_b));
         let most = most_a.max(most_b);
         if most > self.reach {
-            return None;
+            return Err(most);
         }
         let least = most - ROUNDING * self.scale;
         if most_a >= least {
@@ -323,7 +332,7 @@ impl<const A: usize, const B: usize> Posed<A, B> {
             let on_b = b.corner(j);
             let gap = m.dot(on_b - a.corner(edge));
             let label = Label { a: [edge as u32, a.next(edge) as u32], b: [j as u32, NONE] };
-            Some(Separation { normal: -m, gap, on_a: on_b - m * gap, on_b, label })
+            Ok(Separation { normal: -m, gap, on_a: on_b - m * gap, on_b, label })
         } else {
             let edge = no_less(lanes, &of_b, least).trailing_zeros() as usize % (4 * B);
             let m = b.normal(edge);
@@ -331,7 +340,7 @@ impl<const A: usize, const B: usize> Posed<A, B> {
             let on_a = a.corner(i);
             let gap = m.dot(on_a - b.corner(edge));
             let label = Label { a: [i as u32, NONE], b: [edge as u32, b.next(edge) as u32] };
-            Some(Separation { normal: m, gap, on_a, on_b: on_a - m * gap, label })
+            Ok(Separation { normal: m, gap, on_a, on_b: on_a - m * gap, label })
         }
     }
 
@@ -385,7 +394,7 @@ impl<const A: usize, const B: usize> Posed<A, B> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Aabb;
+    use crate::geometry::{Aabb, Guess};
     use crate::kernel::Kernel;
     use carom_math::Pose;
     use carom_math::lanes::Portable;
@@ -426,10 +435,25 @@ mod tests {
                     let (own, other) = (swept(a, &place), swept(b, &origin));
                     let (mut one, mut all) = (Vec::new(), Vec::new());
                     let rows = [a, b].map(|core| core.rows().expect("few corners"));
-                    let pair = |out| Two { a: rows[0], b: rows[1], swept: [&own, &other], margin: 0.2, out };
-                    dispatch(pair(&mut one));
-                    Portable.run(pair(&mut all));
+                    let mut apart = [f64::NEG_INFINITY; 2];
+                    let [of_one, of_all] = &mut apart;
+                    let pair = |apart, out| Two {
+                        a: rows[0],
+                        b: rows[1],
+                        swept: [&own, &other],
+                        margin: 0.2,
+                        apart,
+                        out,
+                    };
+                    dispatch(pair(of_one, &mut one));
+                    Portable.run(pair(of_all, &mut all));
                     assert_eq!(one, all, "polygons {k} and {l}, turned by {angle}");
+                    assert_eq!(apart[0], apart[1]);
+                    let b_in_a = place.inverse().compose(&origin);
+                    let found = Planar::separation(a, b, &b_in_a, 9.0, &mut Guess::default());
+                    let distance = found.map_or(f64::INFINITY, |found| found.gap) - own.radius - other.radius;
+                    assert!(apart[0] <= distance + 1e-12, "{apart:?} of {distance}");
+                    assert!(one.is_empty() == (apart[0] > 0.2), "{apart:?}");
                 }
             }
         }

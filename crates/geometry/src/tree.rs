@@ -119,6 +119,13 @@ impl<S: Space> Tree<S> {
         let limit = std::cell::Cell::new(reach);
         self.walk(|b| b.distance(query) <= limit.get(), |i| limit.set(visit(i)));
     }
+    /// How far the nearest box is from `query`, or `most` if that is less \[m\].
+    pub fn clearance(&self, query: &Aabb<S>, most: f64) -> f64 {
+        let nearest = std::cell::Cell::new(most);
+        let nearer = |b: &Aabb<S>| b.distance(query) < nearest.get();
+        self.walk(nearer, |i| nearest.set(self.bounds[i].distance(query)));
+        nearest.get()
+    }
     /// Visits items whose boxes a ray may enter within `reach` \[m\]; `visit` returns the reach from then on.
     pub fn along(
         &self,

@@ -16,6 +16,9 @@ const _: () = assert!(CHUNK <= 1 << u8::BITS);
 /// Pairs that are asked together.
 const AT_ONCE: usize = 4;
 
+/// One, and more than rounding \[1\].
+const SURELY: f64 = 1.0 + 1e-6;
+
 /// Who meets whom in a step: what is asked of pairs whose boxes may overlap.
 pub(crate) struct Meeting<'a, S: Geometry> {
     pub columns: &'a Columns<S>,
@@ -77,6 +80,16 @@ impl<'a, S: Geometry> Meeting<'a, S> {
         let couple = self.couple(i as usize, j as usize);
         let (a, b) = couple.indices();
         couple.may_meet() && !self.joints.keeps_apart(a, b)
+    }
+
+    /// A speed that two surfaces at least come towards each other with, as far as the margin that [`Meeting::margins`] tells of them says it
+    /// \[m/s\]: the margin is no more than [`within`] has it. Minus infinity where it says nothing.
+    #[inline(always)]
+    pub fn surely_closing(&self, couple: &Couple<'_, S>, margin: f64) -> f64 {
+        let Couple { a, b } = *couple;
+        let tells = self.soft && !self.columns.somebody_halts && margin > SURELY * (a.least + b.least);
+        let closing = margin / (2.0 * SURELY * self.dt) - (a.falls + b.falls) * self.dt;
+        if tells { closing } else { f64::NEG_INFINITY }
     }
 
     #[inline(always)]
@@ -329,7 +342,7 @@ mod tests {
                 let near = boxes[0].overlaps(boxes[1]) && boxes[0].apart(boxes[1]) + own <= within;
                 if near && couple.may_meet() { within } else { -1.0 }
             };
-            let (mut met, mut narrower) = (Vec::new(), 0);
+            let (mut met, mut narrower, mut told) = (Vec::new(), 0, 0);
             for some in pairs.chunks(CHUNK - 3) {
                 let (margins, mut plain) = (meeting.margins(some), [-1.0; CHUNK]);
                 Asking { meeting: &meeting, pairs: some, margins: &mut plain }.work(Portable);
@@ -338,6 +351,11 @@ mod tests {
                     assert_eq!(margin, alone(pair), "{pair:?}");
                     let own = columns.margins[pair.0 as usize] + columns.margins[pair.1 as usize];
                     narrower += usize::from(margin >= 0.0 && margin < own);
+                    let couple = meeting.couple(pair.0 as usize, pair.1 as usize);
+                    let speed = closing(One(&couple.by_size()));
+                    let surely = meeting.surely_closing(&couple, margin);
+                    assert!(margin < 0.0 || surely <= speed, "{pair:?}: {surely} of {speed}");
+                    told += usize::from(margin >= 0.0 && surely > 0.99 * speed);
                     met.extend((margin >= 0.0).then_some(*pair));
                 }
             }
@@ -354,6 +372,7 @@ mod tests {
             }
             assert!(met.len() > 50 && met.len() < pairs.len() / 2, "{} of {}", met.len(), pairs.len());
             assert!((narrower > 20) == soft, "{narrower}");
+            assert!((told > 20) == (soft && !columns.somebody_halts), "{told}");
             assert!(columns.somebody_halts == (S::DIM == 3), "in the plane nobody is asked");
             assert!((farther.get() > 0) == columns.somebody_halts, "nobody flies behind another one");
             let mut kept = pairs.clone();

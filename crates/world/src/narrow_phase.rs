@@ -104,6 +104,11 @@ impl<'a, S: Geometry> Nears<'a, S> {
         let Asked { i, j, .. } = self.asked[k];
         self.meeting.couple(i as usize, j as usize)
     }
+    /// A speed that the surfaces of one at least come towards each other with, as [`Meeting::surely_closing`] has it \[m/s\].
+    #[inline(always)]
+    pub fn surely_closing(&self, k: usize) -> f64 {
+        self.meeting.surely_closing(&self.couple(k), self.asked[k].margin)
+    }
     /// The place of one among all pairs.
     #[inline]
     pub fn place(&self, k: usize) -> usize {

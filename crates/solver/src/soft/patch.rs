@@ -266,6 +266,11 @@ impl<S: Wide> Patches<S> {
         let last = self.all.len() - 1;
         &mut self.all[last]
     }
+    /// Another takes the place of one of them; what it needs and few do stays.
+    #[inline(always)]
+    pub fn replace(&mut self, place: usize, patch: &Patch<S>) {
+        self.all[place] = *patch;
+    }
     /// What the last one needs and few do.
     pub fn set_rare(&mut self, rare: Rare<S>) {
         if !rare.is_none() {

@@ -250,10 +250,14 @@ fn put(to: &mut [f64; WIDTH], first: usize, numbers: impl Four) {
 mod tests {
     use super::*;
     use crate::abreast::One;
+    use crate::material::Coefficients;
     use crate::stepping::soft_step::AGAIN;
+    use crate::stepping::soft_step::anew::Waiting;
+    use crate::stepping::soft_step::face::{Laid, Outline};
     use crate::{BodySpec, PlanarShape, Scheme, Settings, SpatialShape, World};
     use carom_math::lanes::Portable;
     use carom_math::{Planar, Rotation, Spatial};
+    use carom_solver::soft::{Numbers, Patches};
 
     /// Numbers in -1..1.
     struct Dice(u32);
@@ -304,6 +308,36 @@ mod tests {
         (0..8 * S::Rows::<f32>::LEN).map(|k| patch[k].to_bits()).collect()
     }
 
+    fn coefficients() -> Coefficients {
+        let (friction, spinning) = (0.3, 0.02);
+        let (rolling, restitution, tangential_restitution) = Default::default();
+        Coefficients { friction, rolling, spinning, restitution, tangential_restitution }
+    }
+
+    /// Patches of faces that were just found, laid together.
+    fn laid_anew<S: Geometry>(old: &[Old<'_, S>; WIDTH], seen: &[Seen<S>], count: usize) -> Vec<Patch<S>> {
+        let (mut waiting, mut patches) = (Waiting::default(), Patches::default());
+        for (k, old) in old[..count].iter().enumerate() {
+            patches.add();
+            assert_eq!(waiting.add((k, k), *old.force, &coefficients()), k + 1 == WIDTH);
+        }
+        waiting.lay(seen, 0.0025, &mut patches);
+        waiting.lay(seen, 0.0025, &mut patches);
+        patches.list().to_vec()
+    }
+
+    /// The patch of a face that was just found.
+    fn alone<S: Geometry>(seen: &Seen<S>, force: &PatchForce<S>) -> Patch<S> {
+        let (outline, mut patch) = (Outline::of(One(&Sight { seen, a_is_small: true })), Patch::none());
+        let friction = One(&force.friction).several(|f, k| f[k]);
+        let begun = Begun { normal: force.normal, rubbing: Some((friction, force.twist)) };
+        let places = [0, 1].map(|i| One(&seen.places[i]).several(|place, k| place[k]));
+        let lever = write_patches(&mut patch, (&outline, &Laid::of(&outline)), places, &begun, 0.0025);
+        let c = coefficients();
+        patch.set_friction(c.friction as f32, c.friction as f32 * lever as f32 + c.spinning as f32);
+        patch
+    }
+
     fn are_laid_alike<S: Geometry>(block: fn(f64) -> S::Shape) {
         let mut dice = Dice(7);
         for turn in 0..20 {
@@ -338,7 +372,11 @@ mod tests {
             };
             let resting = (0..WIDTH).fold(0, |all, lane| all | u32::from(rests(&old[lane])) << lane);
             assert!(if turn == 0 { stand == resting } else { stand & !resting == 0 });
+            let fresh = laid_anew(&old, &seen, 1 + turn % WIDTH);
             for (lane, Old { seen, force, couple }) in old.iter().enumerate() {
+                if let Some(patch) = fresh.get(lane) {
+                    assert_eq!(bits(patch), bits(&alone(seen, force)), "turn {turn}, lane {lane}");
+                }
                 assert_eq!(bits(&batch.patches[lane]), bits(&plain.patches[lane]));
                 let then = Then::of(One(&Sight { seen, a_is_small: couple.a_is_small() }));
                 let (together, outline) = (Together::between(&then, One(&now(couple))), then.outline);

@@ -1,12 +1,13 @@
 //! From pairs that may touch to faces of contact and the patches that the lanes solve: points that stand are used again, others
 //! are found and divided by their normals, four to a face in space and two in the plane.
 
+use super::again::AGAIN;
+use super::anew::Waiting;
 use super::batch::{ALL, Batch, Old, ask};
-use super::face::{Laid, Met, NONE, Outline, Spots};
+use super::face::{Met, NONE};
 use super::memory::{PatchForce, PatchList, Seen, Walk};
-use super::patches::{Begun, Known, rare_of, write_patches};
+use super::patches::{Known, rare_of};
 use super::tally::Tally;
-use crate::abreast::{Abreast, One};
 use crate::ahead::{Ahead, Couple};
 use crate::contact_id::PairId;
 use crate::material::Coefficients;
@@ -14,7 +15,7 @@ use crate::narrow_phase::{Finder, Near, Nears};
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::lanes::WIDTH;
 use carom_math::{Column, Rotation, Several};
-use carom_solver::soft::{EightPatches, Numbers, Patch, Patches};
+use carom_solver::soft::{EightPatches, Numbers, Patches};
 use std::ops::Range;
 
 /// Normals whose cosine is above this are one: a milliradian apart.
@@ -50,6 +51,8 @@ pub(super) struct Found<S: Geometry> {
     points: Vec<ContactPoint<S>>,
     names: Vec<u64>,
     members: Vec<S::Points<u32>>,
+    /// Faces that are seen anew, whose patches are not laid yet.
+    waiting: Waiting<S>,
     /// Patches that some pairs had in the step before; of those that may stand their pair and their place, and where they are laid.
     known: Vec<Recalled>,
     old: Vec<(u32, u32)>,
@@ -73,8 +76,7 @@ struct Recalled {
 impl<S: Geometry> Default for Found<S> {
     fn default() -> Self {
         let (met, fresh, kinds, tally, place, surfaces, points, names, members) = Default::default();
-        let (patches, known, old, slots, batches, few) = Default::default();
-        let room = EightPatches::default();
+        let (patches, waiting, known, old, slots, batches, few, room) = Default::default();
         Found {
             met,
             patches,
@@ -86,6 +88,7 @@ impl<S: Geometry> Default for Found<S> {
             points,
             names,
             members,
+            waiting,
             known,
             old,
             slots,
@@ -137,6 +140,7 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
         found.met.clear();
         found.fresh.clear();
         found.patches.clear();
+        found.waiting.clear();
     }
 
     fn look(&self, nears: &Nears<'_, S>, found: &mut Found<S>) {
@@ -155,13 +159,15 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
             let known = Known { seen: &self.before.seen[known.clone()], forces: &self.before.forces[known] };
             self.look_at(&nears.near(k), known, found);
         }
+        self.lay(found);
         let told = found.patches.pairs.len();
         found.patches.pairs.extend(found.met[told..].iter().map(|met| (met.a, met.b)));
     }
 }
 
 impl<S: Geometry> Finding<'_, S> {
-    /// What is known of some pairs from the step before, and what of it may stand: what rolls needs its points anew.
+    /// What is known of some pairs from the step before, and what of it may stand: what rolls needs its points anew, and so does
+    /// what comes too fast.
     #[inline]
     fn recall(&self, nears: &Nears<'_, S>, found: &mut Found<S>) {
         found.known.clear();
@@ -173,8 +179,9 @@ impl<S: Geometry> Finding<'_, S> {
             let walk = walk.get_or_insert_with(|| Walk::from(&self.before.seen, found.place, pair));
             let known = walk.of(pair);
             let seen = &self.before.seen[known.clone()];
-            let may_stand =
-                !seen.is_empty() && (couple.are_angular() || seen.iter().all(|patch| patch.count >= S::DIM));
+            let may_stand = !seen.is_empty()
+                && (couple.are_angular() || seen.iter().all(|patch| patch.count >= S::DIM))
+                && nears.surely_closing(k) * self.ahead.dt <= AGAIN * couple.by_size()[0].extent;
             found.known.push(Recalled { first: known.start as u32, count: seen.len() as u32, may_stand });
             for place in known.start..if may_stand { known.end } else { known.start } {
                 found.old.push((k as u32, place as u32));
@@ -273,29 +280,32 @@ impl<S: Geometry> Finding<'_, S> {
         divide(&points, &names, &mut members);
         let (met, first) = (self.met(found, couple, false), found.fresh.len());
         for members in &members {
-            let mut seen = seen_now(couple);
-            let mut spots = Spots::<S>::new(points[members[0] as usize].normal);
-            for m in &members.slice()[..count::<S>(members)] {
-                let (point, k) = (&points[*m as usize], spots.count);
-                (seen.ids[k], seen.gaps[k]) = (names[*m as usize], point.gap);
-                spots.add(point.point, point.gap);
+            let mut seen = seen_now(couple, points[members[0] as usize].normal);
+            let mut deepest = f64::INFINITY;
+            for (k, m) in members.slice()[..count::<S>(members)].iter().enumerate() {
+                let point = &points[*m as usize];
+                (seen.ids[k], seen.points[k], seen.gaps[k]) = (names[*m as usize], point.point, point.gap);
+                seen.count = k + 1;
+                deepest = if point.gap < deepest { point.gap } else { deepest };
             }
-            (seen.count, seen.normal, seen.points) = (spots.count, spots.normal, spots.points);
             let (normal, rubbing) = known.forces_of(&seen, &found.fresh[first..]);
-            let numbers = |force: &PatchForce<S>| (One(force).several(|f, k| f.friction[k]), force.twist);
-            let begun = Begun { normal, rubbing: rubbing.map(numbers) };
-            let outline = Outline::of_one(&spots);
-            let (laid, mut patch) = (Laid::of(&outline), Patch::none());
-            let places = [couple.a, couple.b].map(|mover| One(mover).several(|m, k| m.position[k]));
-            let lever = write_patches(&mut patch, (&outline, &laid), places, &begun, self.h);
-            let (count, normal, deepest) = (spots.count as u8, spots.normal, laid.deepest(&outline));
+            let force = PatchForce { normal, ..rubbing.copied().unwrap_or(PatchForce::zero()) };
+            let (count, normal) = (seen.count as u8, seen.normal);
             let met = Met { seen: found.fresh.len() as u32, count, normal, deepest, ..met };
-            let (friction, twisting) = found.friction(met.kind, lever);
-            found.patches.push(&patch).set_friction(friction, twisting);
+            let places = (found.patches.len(), found.fresh.len());
+            found.patches.add();
             found.add(met, rubbing, self.h);
             found.fresh.push(seen);
+            if found.waiting.add(places, force, &found.kinds[met.kind as usize]) {
+                self.lay(found);
+            }
         }
         (found.members, found.names, found.points) = (members, names, points);
+    }
+
+    /// Lays the patches of faces that wait for it.
+    pub fn lay(&self, found: &mut Found<S>) {
+        found.waiting.lay(&found.fresh, self.h, &mut found.patches);
     }
 }
 
@@ -308,7 +318,7 @@ fn another<S: Geometry>(batches: &mut Vec<Batch<S>>, k: usize) -> &mut Batch<S> 
 }
 
 /// A face without points that is seen now.
-fn seen_now<S: Geometry>(couple: &Couple<'_, S>) -> Seen<S> {
+fn seen_now<S: Geometry>(couple: &Couple<'_, S>, normal: S::Vector) -> Seen<S> {
     let mut attitudes = [S::Turns::all(0.0); 2];
     for (to, mover) in attitudes.iter_mut().zip([couple.a, couple.b]) {
         to.slice_mut().copy_from_slice(mover.rotation.as_slice());
@@ -317,7 +327,7 @@ fn seen_now<S: Geometry>(couple: &Couple<'_, S>) -> Seen<S> {
         pair: couple.serials(),
         count: 0,
         ids: S::Points::all(0),
-        normal: S::Vector::ZERO,
+        normal,
         points: S::Points::all(S::Vector::ZERO),
         gaps: S::Points::all(0.0),
         places: [couple.a.position, couple.b.position],

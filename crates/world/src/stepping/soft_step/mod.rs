@@ -5,6 +5,7 @@
 //! the last sweep was.
 
 mod again;
+mod anew;
 mod batch;
 mod face;
 mod find;

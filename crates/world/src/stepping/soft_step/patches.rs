@@ -57,7 +57,8 @@ pub(super) fn write_patches<S: Geometry, R: Precise>(
     }
     if let Some((friction, twist)) = &begun.rubbing {
         for k in 0..S::SLIP {
-            to.rub(k, (inner(&laid.tangents[k], friction).rounded() * h).narrow());
+            // plus zero: what does not rub has no sign
+            to.rub(k, (inner(&laid.tangents[k], friction).rounded() * h + zero).narrow());
         }
         if S::SPIN > S::SLIP {
             to.rub(S::SLIP, (twist.rounded() * h).narrow());

@@ -149,6 +149,7 @@ impl<S: Geometry> Finder<S> for Renewing<'_, S> {
             }
             renewed.faces.extend(faces);
         }
+        self.finding.lay(&mut renewed.found);
         renewed.others |= renewed.found.tally.loose > 0;
     }
 }
