@@ -106,7 +106,7 @@ impl<'a, S: Geometry> Nears<'a, S> {
     }
     /// A speed that the surfaces of one at least come towards each other with, as [`Meeting::surely_closing`] has it \[m/s\].
     #[inline(always)]
-    pub fn surely_closing(&self, k: usize) -> f64 {
+    pub(crate) fn surely_closing(&self, k: usize) -> f64 {
         self.meeting.surely_closing(&self.couple(k), self.asked[k].margin)
     }
     /// The place of one among all pairs.
