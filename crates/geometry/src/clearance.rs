@@ -25,17 +25,9 @@ pub(crate) fn clearance<S: Kernel>(
 mod tests {
     use super::*;
     use crate::geometry::{Geometry, Guess};
+    use crate::narrow::tests::numbers;
     use crate::shape::{PlanarPart, PlanarShape, SpatialShape};
     use carom_math::{Planar, Quaternion, Rotation, Spatial, Turn, Vec3, vec2, vec3};
-
-    /// Numbers in [-1, 1), of a congruential generator.
-    fn numbers() -> impl FnMut() -> f64 {
-        let mut state = 7u64;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        }
-    }
 
     fn parts_are_as_far_as_is_told<S: Geometry>(
         hollow: &S::Collider,

@@ -383,14 +383,14 @@ fn make_unique<S: Kernel>(points: &mut [ContactPoint<S>]) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::geometry::Geometry;
     use crate::shape::{PlanarShape, SpatialShape};
     use carom_math::{Planar, Quaternion, Spatial, Turn, Vec2, Vec3, vec2, vec3};
 
     /// Numbers in [-1, 1), of a congruential generator.
-    fn numbers() -> impl FnMut() -> f64 {
+    pub(crate) fn numbers() -> impl FnMut() -> f64 {
         let mut state = 7u64;
         move || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

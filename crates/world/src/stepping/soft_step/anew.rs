@@ -97,6 +97,7 @@ impl<S: Geometry> Laying<'_, S> {
     #[inline(always)]
     fn half<L: Lanes>(&mut self, lanes: L, first: usize) {
         let face = |lane: usize| &self.faces[(first + lane).min(self.faces.len() - 1)];
+        // an outline does not ask who is small
         let sight = |face: &New<S>| Sight { seen: &self.seen[face.seen], a_is_small: false };
         let faces = [face(0), face(1), face(2), face(3)];
         let sights = [sight(faces[0]), sight(faces[1]), sight(faces[2]), sight(faces[3])];
