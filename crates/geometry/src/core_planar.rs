@@ -29,6 +29,8 @@ pub struct Polygon {
     normals: Vec<Vec2>,
     /// The same by component, where they are few.
     rows: Option<Rows>,
+    /// Half sides \[m\], of a rectangle about the frame's origin along its axes.
+    pub half: Option<[f64; 2]>,
 }
 
 /// A ring of few corners by component, for work on four at a time; what fills the last row up repeats the first.
@@ -90,15 +92,18 @@ impl PlanarCore {
     }
     /// A polygon with the given corners, counter-clockwise and convex.
     pub fn polygon(corners: Vec<Vec2>) -> Self {
+        Self::ring(corners, None)
+    }
+    fn ring(corners: Vec<Vec2>, half: Option<[f64; 2]>) -> Self {
         let n = corners.len();
         let normals: Vec<Vec2> = (0..n).map(|i| edge_normal(corners[i], corners[(i + 1) % n])).collect();
         let rows = Rows::of(&corners, &normals);
-        PlanarCore::Polygon(Arc::new(Polygon { corners, normals, rows }))
+        PlanarCore::Polygon(Arc::new(Polygon { corners, normals, rows, half }))
     }
     /// A rectangle about the origin.
     pub fn rectangle(half: [f64; 2]) -> Self {
         let [x, y] = half;
-        Self::polygon(vec![vec2(-x, -y), vec2(x, -y), vec2(x, y), vec2(-x, y)])
+        Self::ring(vec![vec2(-x, -y), vec2(x, -y), vec2(x, y), vec2(-x, y)], Some(half))
     }
     /// The ring of corners.
     pub fn corners(&self) -> &[Vec2] {

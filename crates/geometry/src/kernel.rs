@@ -7,7 +7,7 @@
 
 use crate::collider::reach_box;
 use crate::few::Few;
-use crate::geometry::{Aabb, ContactPoint, Guess};
+use crate::geometry::{ABREAST, Aabb, ContactPoint, Guess, Told};
 use carom_math::{Column, Pose, Rotation, Space};
 use std::fmt::Debug;
 
@@ -32,14 +32,22 @@ impl Label {
     /// One number for the label.
     #[inline]
     pub fn code(&self) -> u64 {
-        let pair = |p: [u32; 2]| (u64::from(p[0].min(p[1])) << 32) | u64::from(p[0].max(p[1]));
-        mix(pair(self.a), pair(self.b))
+        code_of(self.a, self.b)
     }
+}
+
+/// The number of a label by its features.
+#[inline]
+pub const fn code_of(a: [u32; 2], b: [u32; 2]) -> u64 {
+    const fn pair([p, q]: [u32; 2]) -> u64 {
+        if p < q { (p as u64) << 32 | q as u64 } else { (q as u64) << 32 | p as u64 }
+    }
+    mix(pair(a), pair(b))
 }
 
 /// Scrambles two numbers into one (the finalizer of SplitMix64, Steele et al. 2014).
 #[inline]
-pub fn mix(a: u64, b: u64) -> u64 {
+pub const fn mix(a: u64, b: u64) -> u64 {
     let mut z = a.rotate_left(32) ^ b.wrapping_add(0x9e37_79b9_7f4a_7c15).wrapping_mul(0xd6e8_feb8_6659_fd93);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -84,7 +92,6 @@ impl<S: Space> Default for Touch<S> {
 }
 
 /// A posed core swept by a ball.
-#[derive(Clone, Copy)]
 pub struct Swept<'a, S: Kernel> {
     /// The core.
     pub core: &'a S::Core,
@@ -93,6 +100,28 @@ pub struct Swept<'a, S: Kernel> {
     /// Frame of the core in the world.
     pub pose: &'a Pose<S>,
 }
+
+impl<S: Kernel> Clone for Swept<'_, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<S: Kernel> Copy for Swept<'_, S> {}
+
+/// Two swept cores that are looked at beside others.
+pub struct Beside<'a, S: Kernel> {
+    /// They.
+    pub swept: [Swept<'a, S>; 2],
+    /// Contacts are looked for up to this gap \[m\].
+    pub margin: f64,
+}
+
+impl<S: Kernel> Clone for Beside<'_, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<S: Kernel> Copy for Beside<'_, S> {}
 
 /// Corners of a feature with their names.
 pub type Ring<S> = Few<(<S as Space>::Vector, u32), 8>;
@@ -165,6 +194,20 @@ pub trait Kernel: Space {
         _out: &mut Vec<ContactPoint<Self>>,
     ) -> bool {
         false
+    }
+    /// True where several pairs of such cores are looked at together in less time than one after another.
+    fn go_abreast(_a: &Self::Core, _b: &Self::Core) -> bool {
+        false
+    }
+    /// What `together` appends of at most [`ABREAST`] pairs, each with its margin \[m\], one after another, bit by bit.
+    fn abreast(pairs: &[Beside<'_, Self>], out: &mut Vec<ContactPoint<Self>>) -> [Told; ABREAST] {
+        let mut all = [Told::nothing(out.len()); ABREAST];
+        for (told, pair) in all.iter_mut().zip(pairs) {
+            let [a, b] = pair.swept;
+            Self::together(a, b, pair.margin, &mut told.apart, out);
+            told.end = out.len();
+        }
+        all
     }
     /// s(n) with the farthest points of both cores.
     fn along(a: &Self::Core, b: &Self::Core, b_in_a: &Pose<Self>, normal: Self::Vector) -> Separation<Self> {

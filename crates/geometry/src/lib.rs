@@ -1,6 +1,7 @@
 //! Shapes of the plane and of space, their mass properties, broad phase and contact manifolds.
 //! Stands on a geometry library that nothing outside this crate names; knows no bodies and no solver.
 
+mod abreast;
 mod balls;
 mod box_faces;
 mod boxes;
@@ -37,6 +38,7 @@ mod overlap;
 mod pair_planar;
 mod pair_spatial;
 mod planar;
+mod planar_boxes;
 mod planes;
 mod polygons;
 mod polytope;
@@ -62,6 +64,6 @@ mod wall;
 pub use broad_phase::BroadPhase;
 pub use collider::Collider;
 pub use decompose::{Decomposition, decompose};
-pub use geometry::{Aabb, Closest, ContactPoint, Geometry, Guess, RayHit, ShapeError};
+pub use geometry::{ABREAST, Aabb, Closest, ContactPoint, Geometry, Guess, Look, RayHit, ShapeError, Told};
 pub use mass::MassProperties;
 pub use shape::{PlanarPart, PlanarShape, SpatialPart, SpatialShape};

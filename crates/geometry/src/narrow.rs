@@ -2,12 +2,13 @@
 //! facets are asked what their seams allow, patches with one normal keep a few points. One text for both spaces;
 //! stateless. Knows no bodies.
 
+use crate::abreast::four_of;
 use crate::balls::{Ball, ball_on_wall, two_balls};
 use crate::clearance::clearance;
 use crate::collider::{Collider, Form, Leaf, Piece, Query, leaves, reach_box};
 use crate::few::Few;
-use crate::geometry::{ContactPoint, Guess};
-use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touches, mix, scale};
+use crate::geometry::{ABREAST, ContactPoint, Geometry, Guess, Look, Told};
+use crate::kernel::{Beside, Kernel, Label, NONE, Ring, Separation, Swept, Touches, mix, scale};
 use crate::spread::{Places, spread};
 use crate::surface::Verdict;
 use crate::wall::{Facing, Wall};
@@ -64,6 +65,43 @@ pub(crate) fn contacts<S: Kernel>(
         }
     }
     by_pieces(a, pose_a, b, pose_b, margin, guess, out);
+}
+
+/// True for two convex colliders that are looked at beside others.
+#[inline]
+pub(crate) fn go_abreast<S: Kernel>(a: &Collider<S>, b: &Collider<S>) -> bool {
+    match (&*a.form, &*b.form) {
+        (Form::Convex(core_a, _), Form::Convex(core_b, _)) => S::go_abreast(core_a, core_b),
+        _ => false,
+    }
+}
+
+/// Appends the contact points of some pairs that go abreast.
+pub(crate) fn contacts_abreast<S: Kernel + Geometry<Collider = Collider<S>>>(
+    looks: &[Look<'_, S>],
+    out: &mut Vec<ContactPoint<S>>,
+) -> [Told; ABREAST] {
+    if let Some([Some(a), Some(b), Some(c), Some(d)]) = four_of(looks, beside) {
+        return S::abreast(&[a, b, c, d][..looks.len().min(ABREAST)], out);
+    }
+    let mut all = [Told::nothing(out.len()); ABREAST];
+    for (told, look) in all.iter_mut().zip(looks) {
+        let (Look { colliders: [a, b], poses: [pose_a, pose_b], margin }, mut guess) =
+            (look, Guess::default());
+        contacts(a, pose_a, b, pose_b, *margin, &mut guess, out);
+        *told = Told { end: out.len(), apart: guess.apart };
+    }
+    all
+}
+
+/// The cores of two convex colliders.
+#[inline]
+fn beside<'a, S: Kernel + Geometry<Collider = Collider<S>>>(look: &Look<'a, S>) -> Option<Beside<'a, S>> {
+    let swept = |k: usize| match &*look.colliders[k].form {
+        Form::Convex(core, radius) => Some(Swept { core, radius: *radius, pose: look.poses[k] }),
+        _ => None,
+    };
+    Some(Beside { swept: [swept(0)?, swept(1)?], margin: look.margin })
 }
 
 /// The same, piece by piece.

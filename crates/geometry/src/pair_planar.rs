@@ -3,8 +3,9 @@
 //! that face each other. Knows no radii and no composite shapes.
 
 use crate::core_planar::{PlanarCore, edge_normal};
-use crate::geometry::{Aabb, ContactPoint, Guess};
-use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches, scale};
+use crate::geometry::{ABREAST, Aabb, ContactPoint, Guess, Told};
+use crate::kernel::{Beside, Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches, scale};
+use crate::planar_boxes::{self, half_of};
 use crate::polygons;
 use carom_math::{Column, Planar, Pose, Rotation, Tuple, Vec2, vec2};
 
@@ -93,7 +94,19 @@ impl Kernel for Planar {
         apart: &mut f64,
         out: &mut Vec<ContactPoint<Self>>,
     ) -> bool {
-        polygons::contacts(&a, &b, margin, apart, out)
+        if !Self::go_abreast(a.core, b.core) {
+            return polygons::contacts(&a, &b, margin, apart, out);
+        }
+        let [told, ..] = Self::abreast(&[Beside { swept: [a, b], margin }], out);
+        *apart = apart.max(told.apart);
+        true
+    }
+    #[inline]
+    fn go_abreast(a: &PlanarCore, b: &PlanarCore) -> bool {
+        half_of(a).is_some() && half_of(b).is_some()
+    }
+    fn abreast(pairs: &[Beside<'_, Self>], out: &mut Vec<ContactPoint<Self>>) -> [Told; ABREAST] {
+        planar_boxes::contacts(pairs, out)
     }
     fn manifold(
         a: &PlanarCore,

@@ -4,7 +4,9 @@
 use crate::check;
 use crate::collider::Collider;
 use crate::core_spatial::SpatialCore;
-use crate::geometry::{Aabb, Closest, ContactPoint, Geometry, Guess, RayHit, ShapeError};
+use crate::geometry::{
+    ABREAST, Aabb, Closest, ContactPoint, Geometry, Guess, Look, RayHit, ShapeError, Told,
+};
 use crate::hull::convex_hull_spatial;
 use crate::mass::MassProperties;
 use crate::mesh;
@@ -63,6 +65,13 @@ impl Geometry for Spatial {
         out: &mut Vec<ContactPoint<Self>>,
     ) {
         narrow::contacts(a, pose_a, b, pose_b, margin, guess, out);
+    }
+    #[inline]
+    fn go_abreast(a: &Self::Collider, b: &Self::Collider) -> bool {
+        narrow::go_abreast(a, b)
+    }
+    fn contacts_abreast(looks: &[Look<'_, Self>], out: &mut Vec<ContactPoint<Self>>) -> [Told; ABREAST] {
+        narrow::contacts_abreast(looks, out)
     }
     fn ball_radius(collider: &Self::Collider) -> Option<f64> {
         narrow::ball_radius(collider)

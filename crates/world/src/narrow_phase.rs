@@ -13,10 +13,11 @@ use crate::observe::step_times::Laps;
 use crate::remembered::Remembered;
 use crate::settings::{Scheme, Settings};
 use carom_geometry::broad_phase::{BroadPhase, Changed};
-use carom_geometry::{ContactPoint, Geometry};
+use carom_geometry::{ABREAST, ContactPoint, Geometry, Guess, Look};
 use carom_math::workers::Memory;
 use carom_math::{Column, Pose, Space, Workers};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// One contact between two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,15 +63,26 @@ pub struct Near<'a, S: Geometry> {
 impl<S: Geometry> Near<'_, S> {
     /// Appends their contact points.
     pub fn contacts(&self, out: &mut Vec<ContactPoint<S>>) {
+        if !self.are_apart() {
+            self.points(out);
+        }
+    }
+
+    /// Whether what is remembered of them says that they have none.
+    #[inline(always)]
+    fn are_apart(&self) -> bool {
+        self.remembered.is_some_and(|remembered| remembered.is_apart(self.ways, self.margin))
+    }
+
+    /// Appends the contact points of a pair that may have some.
+    fn points(&self, out: &mut Vec<ContactPoint<S>>) {
         let ([a, b], [pose_a, pose_b]) = (self.colliders, self.poses);
         let Some(remembered) = self.remembered else {
             return S::contacts(a, pose_a, b, pose_b, self.margin, out);
         };
-        if !remembered.is_apart(self.ways, self.margin) {
-            let mut guess = remembered.guess::<S>();
-            S::contacts_near((a, pose_a), (b, pose_b), self.margin, &mut guess, out);
-            remembered.learn(&guess, self.ways);
-        }
+        let mut guess = remembered.guess::<S>();
+        S::contacts_near((a, pose_a), (b, pose_b), self.margin, &mut guess, out);
+        remembered.learn(&guess, self.ways);
     }
 }
 
@@ -130,6 +142,75 @@ impl<'a, S: Geometry> Nears<'a, S> {
     }
 }
 
+/// Contact points of some pairs.
+pub(crate) struct Points<S: Geometry> {
+    all: Vec<ContactPoint<S>>,
+    /// Where those of each pair are.
+    places: Vec<Range<usize>>,
+}
+
+impl<S: Geometry> Default for Points<S> {
+    fn default() -> Self {
+        Points { all: Vec::new(), places: Vec::new() }
+    }
+}
+
+impl<S: Geometry> Points<S> {
+    /// Those of one of the pairs.
+    #[inline]
+    pub fn of(&self, k: usize) -> &[ContactPoint<S>] {
+        &self.all[self.places[k].clone()]
+    }
+
+    /// Makes them those of some of these pairs. Shapes of one kind are looked at side by side.
+    pub fn look(&mut self, nears: &Nears<'_, S>, pairs: impl ExactSizeIterator<Item = usize>) {
+        self.all.clear();
+        self.places.clear();
+        self.places.resize(pairs.len(), 0..0);
+        let (mut waiting, mut count) = ([(0, 0); ABREAST], 0);
+        for (place, k) in pairs.enumerate() {
+            let near = nears.near(k);
+            if near.are_apart() {
+                continue;
+            }
+            if !S::go_abreast(near.colliders[0], near.colliders[1]) {
+                let first = self.all.len();
+                near.points(&mut self.all);
+                self.places[place] = first..self.all.len();
+                continue;
+            }
+            waiting[count] = (place, k);
+            count += 1;
+            if count == ABREAST {
+                self.look_abreast(nears, &waiting);
+                count = 0;
+            }
+        }
+        self.look_abreast(nears, &waiting[..count]);
+    }
+
+    /// Adds those of at most four pairs, by their places here and among all, that go abreast.
+    fn look_abreast(&mut self, nears: &Nears<'_, S>, waiting: &[(usize, usize)]) {
+        let Some(last) = waiting.last() else { return };
+        let near = |k: usize| nears.near(waiting.get(k).unwrap_or(last).1);
+        let some: [Near<'_, S>; ABREAST] = std::array::from_fn(near);
+        let looks = some.each_ref().map(|near| Look {
+            colliders: near.colliders,
+            poses: near.poses,
+            margin: near.margin,
+        });
+        let mut first = self.all.len();
+        let told = S::contacts_abreast(&looks[..waiting.len()], &mut self.all);
+        for ((told, near), (place, _)) in told.iter().zip(&some).zip(waiting) {
+            self.places[*place] = first..told.end;
+            first = told.end;
+            if let Some(remembered) = near.remembered {
+                remembered.learn(&Guess::<S> { direction: None, apart: told.apart }, near.ways);
+            }
+        }
+    }
+}
+
 /// What looks at pairs that may touch. Workers ask at once, each with findings of its own.
 pub trait Finder<S: Geometry>: Sync {
     /// What is found of a chunk of pairs.
@@ -157,17 +238,16 @@ impl<F> Chunk<F> {
 /// Finds touches.
 struct Touching<'a, S: Geometry>(&'a Bodies<S>, &'a Settings<S>);
 
-/// Touches of a chunk of pairs, and room for a pair's points.
-type Findings<S> = (Vec<Touch<S>>, Vec<ContactPoint<S>>);
+/// Touches of a chunk of pairs, and room for their points.
+type Findings<S> = (Vec<Touch<S>>, Points<S>);
 
 impl<S: Geometry> Finder<S> for Touching<'_, S> {
     type Findings = Findings<S>;
     fn begin(&self, _: &mut Findings<S>) {}
     fn look(&self, nears: &Nears<'_, S>, (touches, points): &mut Findings<S>) {
-        for near in (0..nears.count()).map(|k| nears.near(k)) {
-            points.clear();
-            near.contacts(points);
-            touches_of(self.0, self.1, near.couple.indices(), points, touches);
+        points.look(nears, 0..nears.count());
+        for k in 0..nears.count() {
+            touches_of(self.0, self.1, nears.couple(k).indices(), points.of(k), touches);
         }
     }
 }

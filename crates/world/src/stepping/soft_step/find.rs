@@ -11,7 +11,7 @@ use super::tally::Tally;
 use crate::ahead::{Ahead, Couple};
 use crate::contact_id::PairId;
 use crate::material::Coefficients;
-use crate::narrow_phase::{Finder, Near, Nears};
+use crate::narrow_phase::{Finder, Nears, Points};
 use carom_geometry::{ContactPoint, Geometry};
 use carom_math::lanes::WIDTH;
 use carom_math::{Column, Rotation, Several};
@@ -47,8 +47,10 @@ pub(super) struct Found<S: Geometry> {
     place: Option<usize>,
     /// Surfaces of the last pair, whose coefficients are the last ones.
     surfaces: Option<(u32, u32)>,
-    /// Room for a pair's points, their names, and the places of a face's.
-    points: Vec<ContactPoint<S>>,
+    /// Pairs that are looked at.
+    anew: Vec<u32>,
+    /// Room for their points, and for the names of a pair's and the places of a face's.
+    pub points: Points<S>,
     names: Vec<u64>,
     members: Vec<S::Points<u32>>,
     /// Faces that are seen anew, whose patches are not laid yet.
@@ -73,9 +75,21 @@ struct Recalled {
     may_stand: bool,
 }
 
+impl Recalled {
+    /// Their places.
+    fn places(self) -> Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+    /// How many of them may stand.
+    fn old(self) -> usize {
+        if self.may_stand { self.count as usize } else { 0 }
+    }
+}
+
 impl<S: Geometry> Default for Found<S> {
     fn default() -> Self {
-        let (met, fresh, kinds, tally, place, surfaces, points, names, members) = Default::default();
+        let (met, fresh, kinds, tally, place, surfaces, names, members) = Default::default();
+        let (anew, points) = Default::default();
         let (patches, waiting, known, old, slots, batches, few, room) = Default::default();
         Found {
             met,
@@ -85,6 +99,7 @@ impl<S: Geometry> Default for Found<S> {
             tally,
             place,
             surfaces,
+            anew,
             points,
             names,
             members,
@@ -146,19 +161,35 @@ impl<S: Geometry> Finder<S> for Finding<'_, S> {
     fn look(&self, nears: &Nears<'_, S>, found: &mut Found<S>) {
         self.recall(nears, found);
         self.sift(nears, found);
-        let mut next = 0;
+        // all of a pair stand or fall together
+        let stands = |found: &Found<S>, Recalled { may_stand, .. }: Recalled, old: usize| {
+            may_stand && found.slots[old] != NONE
+        };
+        let (mut points, mut next) = (std::mem::take(&mut found.points), 0);
+        found.anew.clear();
         for k in 0..nears.count() {
-            let Recalled { first, count, may_stand } = found.known[k];
-            let (known, old) = (first as usize..(first + count) as usize, next);
-            next += if may_stand { known.len() } else { 0 };
-            // all of a pair stand or fall together
-            if may_stand && found.slots[old] != NONE {
-                self.add_again(found, &nears.couple(k), known, old);
+            let known = found.known[k];
+            if !stands(found, known, next) {
+                found.anew.push(k as u32);
+            }
+            next += known.old();
+        }
+        points.look(nears, found.anew.iter().map(|k| *k as usize));
+        let (mut next, mut looked) = (0, 0);
+        for k in 0..nears.count() {
+            let (known, old) = (found.known[k], next);
+            next += known.old();
+            if stands(found, known, old) {
+                self.add_again(found, &nears.couple(k), known.places(), old);
                 continue;
             }
-            let known = Known { seen: &self.before.seen[known.clone()], forces: &self.before.forces[known] };
-            self.look_at(&nears.near(k), known, found);
+            let places = known.places();
+            let known =
+                Known { seen: &self.before.seen[places.clone()], forces: &self.before.forces[places] };
+            self.look_at(&nears.couple(k), points.of(looked), known, found);
+            looked += 1;
         }
+        found.points = points;
         self.lay(found);
         let told = found.patches.pairs.len();
         found.patches.pairs.extend(found.met[told..].iter().map(|met| (met.a, met.b)));
@@ -261,23 +292,22 @@ impl<S: Geometry> Finding<'_, S> {
         }
     }
 
-    /// Looks for a pair's faces, of which this is known.
-    pub fn look_at(&self, near: &Near<'_, S>, known: Known<'_, S>, found: &mut Found<S>) {
-        found.points.clear();
-        near.contacts(&mut found.points);
-        if !found.points.is_empty() {
-            self.look_anew(&near.couple, known, found);
+    /// Faces of a pair's points, of which this is known.
+    pub fn look_at(
+        &self,
+        couple: &Couple<'_, S>,
+        points: &[ContactPoint<S>],
+        known: Known<'_, S>,
+        found: &mut Found<S>,
+    ) {
+        if points.is_empty() {
+            return;
         }
-    }
-
-    /// Faces of a pair's points.
-    fn look_anew(&self, couple: &Couple<'_, S>, known: Known<'_, S>, found: &mut Found<S>) {
         let (mut members, mut names) = (std::mem::take(&mut found.members), std::mem::take(&mut found.names));
-        let points = std::mem::take(&mut found.points);
         let pair = PairId::of(couple.serials());
         names.clear();
         names.extend(points.iter().map(|point| pair.contact(point.feature)));
-        divide(&points, &names, &mut members);
+        divide(points, &names, &mut members);
         let (met, first) = (self.met(found, couple, false), found.fresh.len());
         for members in &members {
             let mut seen = seen_now(couple, points[members[0] as usize].normal);
@@ -300,7 +330,7 @@ impl<S: Geometry> Finding<'_, S> {
                 self.lay(found);
             }
         }
-        (found.members, found.names, found.points) = (members, names, points);
+        (found.members, found.names) = (members, names);
     }
 
     /// Lays the patches of faces that wait for it.

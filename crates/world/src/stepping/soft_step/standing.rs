@@ -135,6 +135,8 @@ impl<S: Geometry> Finder<S> for Renewing<'_, S> {
 
     fn look(&self, nears: &Nears<'_, S>, renewed: &mut Renewed<S>) {
         let (starts, before) = (&self.standing.starts, self.finding.before);
+        let mut points = std::mem::take(&mut renewed.found.points);
+        points.look(nears, 0..nears.count());
         for k in 0..nears.count() {
             let place = nears.place(k);
             let faces = starts[place]..starts[place + 1];
@@ -142,12 +144,16 @@ impl<S: Geometry> Finder<S> for Renewing<'_, S> {
             let known = faces.start as usize..faces.end as usize;
             let known = Known { seen: &before.seen[known.clone()], forces: &before.forces[known] };
             let told = renewed.found.met.len();
-            self.finding.look_at(&nears.near(k), known, &mut renewed.found);
+            self.finding.look_at(&nears.couple(k), points.of(k), known, &mut renewed.found);
             renewed.others |= renewed.found.met.len() - told != faces.len();
             if renewed.others {
-                return;
+                break;
             }
             renewed.faces.extend(faces);
+        }
+        renewed.found.points = points;
+        if renewed.others {
+            return;
         }
         self.finding.lay(&mut renewed.found);
         renewed.others |= renewed.found.tally.loose > 0;
