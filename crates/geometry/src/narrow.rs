@@ -94,14 +94,15 @@ pub(crate) fn contacts_abreast<S: Kernel + Geometry<Collider = Collider<S>>>(
     all
 }
 
-/// The cores of two convex colliders.
+/// The cores of two colliders that go abreast.
 #[inline]
 fn beside<'a, S: Kernel + Geometry<Collider = Collider<S>>>(look: &Look<'a, S>) -> Option<Beside<'a, S>> {
     let swept = |k: usize| match &*look.colliders[k].form {
         Form::Convex(core, radius) => Some(Swept { core, radius: *radius, pose: look.poses[k] }),
         _ => None,
     };
-    Some(Beside { swept: [swept(0)?, swept(1)?], margin: look.margin })
+    let (a, b) = (swept(0)?, swept(1)?);
+    <S as Kernel>::go_abreast(a.core, b.core).then_some(Beside { swept: [a, b], margin: look.margin })
 }
 
 /// The same, piece by piece.

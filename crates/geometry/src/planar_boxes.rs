@@ -464,17 +464,15 @@ impl Job for Tell<'_, '_> {
 mod tests {
     use super::*;
     use crate::kernel::Swept;
+    use crate::narrow::tests::numbers;
     use carom_math::lanes::Portable;
     use carom_math::{Column, Pose, Turn};
 
     /// Boxes from apart to deep in each other, a good part of them face on face or corner on corner, and what polygons say of them.
     #[test]
     fn four_pairs_are_what_each_is_alone_on_every_processor_and_what_polygons_are() {
-        let mut seed = 3_u64;
-        let mut some = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let mut number = numbers();
+        let mut some = || 0.5 * number();
         let halves = [[0.5, 0.5], [0.3, 0.1], [6.0, 0.4], [0.02, 0.8]];
         let cores = halves.map(PlanarCore::rectangle);
         let mut all = Vec::new();

@@ -24,6 +24,7 @@ pub mod material;
 mod meeting;
 pub mod mid_step;
 pub mod narrow_phase;
+mod nears;
 pub mod observe;
 mod remembered;
 pub mod settings;
