@@ -2,7 +2,7 @@
 //! KERNEL COUNT` does a kernel's work so often, after work that does not depend on the count; without arguments it names
 //! the kernels. Counts of two lengths tell what one costs. What it does not do: count, or measure time.
 
-use carom::geometry::{Aabb, BroadPhase, Geometry};
+use carom::geometry::{ABREAST, Aabb, BroadPhase, Geometry, Look};
 use carom::solver::{Impulses, SolveSettings};
 use carom::{Column, Planar, Pose, Rotation, Scheme, Settings, SolverKind, Spatial, World};
 use carom_scenes::chance::Chance;
@@ -135,15 +135,27 @@ fn solve<S: Geometry>(
 /// Contact points of two equal shapes that lie on each other, a little turned and moved from pair to pair.
 fn pairs<S: Stage>(shape: S::Shape, count: usize) -> Result<(), Box<dyn Error>> {
     let collider = S::collider(&shape).map_err(|e| format!("{e:?}"))?;
-    let (mut chance, mut points) = (Chance::new(4), Vec::new());
-    for _ in 0..count {
+    let (mut chance, mut points, still) = (Chance::new(4), Vec::new(), Pose::default());
+    let mut pose = || {
         let mut at = S::Vector::default();
         for k in 0..S::DIM {
             at[k] = chance.between(-0.02, 0.02) + if k + 1 == S::DIM { 0.99 } else { 0.2 };
         }
-        let turn = S::Rotation::about(Column::from_fn(|_| chance.between(-0.02, 0.02)));
+        Pose::new(at, S::Rotation::about(Column::from_fn(|_| chance.between(-0.02, 0.02))))
+    };
+    for _ in 0..count.div_ceil(ABREAST) {
+        let some: [Pose<S>; ABREAST] = std::array::from_fn(|_| pose());
         points.clear();
-        S::contacts(&collider, &Pose::new(at, turn), &collider, &Pose::default(), 0.02, &mut points);
+        // as steps look at them
+        if S::go_abreast(&collider, &collider) {
+            let look = |k: usize| Look { colliders: [&collider; 2], poses: [&some[k], &still], margin: 0.02 };
+            let looks: [Look<'_, S>; ABREAST] = std::array::from_fn(look);
+            S::contacts_abreast(&looks, &mut points);
+        } else {
+            for pose in &some {
+                S::contacts(&collider, pose, &collider, &still, 0.02, &mut points);
+            }
+        }
         std::hint::black_box(&points);
     }
     Ok(())
