@@ -3,9 +3,7 @@
 
 mod abreast;
 mod balls;
-mod box_axes;
 mod box_faces;
-mod box_names;
 mod boxes;
 pub mod broad_phase;
 mod check;
