@@ -24,43 +24,42 @@ fn drift<V: Column>(from: &[V], to: &[V]) -> f64 {
     from.iter().zip(to).map(|(p, q)| (*q - *p).norm()).fold(0.0, f64::max)
 }
 
-/// A stack of `count` boxes after two seconds of fixed steps, and the residual of its last solve \[m/s\].
-fn stacked<S: Stage>(count: usize, solver: SolverKind, iterations: usize) -> (World<S>, f64) {
+/// How fast a stack of `count` boxes still moves after two seconds of fixed steps, and the residual of the solve that follows \[m/s\].
+fn stacked<S: Stage>(count: usize, solver: SolverKind, iterations: usize) -> (f64, f64) {
     let mut world = stacking::stack::<S>(count, 1.0).expect("builds");
     let settings = world.settings().clone();
+    let dt = settings.dt;
     world.set_settings(Settings { solver: Some(solver), iterations, ..settings }).expect("settings");
     let start = world.bodies().motion.position.clone();
     run(&mut world, 2.0);
     assert!(drift(&start, &world.bodies().motion.position) < 1e-2, "{count} boxes do not stand");
     // a contact that opens and is pressed again must not pay for the way it opened
     assert!(world.ledger().contact_normal <= 0.0, "contacts gave {} J", world.ledger().contact_normal);
-    let solve = world.step(1.0 / 240.0).expect("a healthy scene").contact_solve.expect("contacts");
-    (world, solve.residual)
+    let speed = top_speed(&world);
+    (speed, world.step(dt).expect("a healthy scene").contact_solve.expect("contacts").residual)
 }
 
 fn stack_comes_to_rest<S: Stage>(count: usize, solver: SolverKind, iterations: usize) {
-    let (world, _) = stacked::<S>(count, solver, iterations);
-    let speed = top_speed(&world);
+    let (speed, _) = stacked::<S>(count, solver, iterations);
     assert!(speed < 1e-3, "{count} boxes of {}: {speed} m/s", solver.name());
 }
 
+/// That ten boxes of space rest under a hundred sweeps hangs on rounding: of 8 to 12 they alone do.
 #[test]
 fn a_tall_stack_comes_to_rest_and_its_contacts_give_no_energy() {
     stack_comes_to_rest::<Planar>(10, SolverKind::Pgs, 100);
-    for count in 4..=7 {
+    for count in [4, 5, 6, 7, 10] {
         stack_comes_to_rest::<Spatial>(count, SolverKind::Pgs, 100);
     }
     stack_comes_to_rest::<Spatial>(10, SolverKind::Nncg, 200);
     stack_comes_to_rest::<Spatial>(10, SolverKind::Exact, 100);
 }
 
-/// A hundred sweeps do not solve taller stacks of space, and rounding decides which of them sway: of 8 to 12 boxes only the ten lay
-/// still after two seconds with one way to the same contact points, the eight and the twelve with another.
 #[test]
 fn a_stack_too_tall_for_its_sweeps_stands_and_is_told_of_while_it_sways() {
     for count in [8, 10, 12] {
-        let (world, residual) = stacked::<Spatial>(count, SolverKind::Pgs, 100);
-        let (speed, tolerance) = (top_speed(&world), world.settings().tolerance);
+        let (speed, residual) = stacked::<Spatial>(count, SolverKind::Pgs, 100);
+        let tolerance = Settings::<Spatial>::default().tolerance;
         assert!(speed < 1e-3 || residual > 10.0 * tolerance, "{count}: {speed} m/s, {residual} m/s");
     }
 }
