@@ -80,7 +80,7 @@ class World(Arrayed, Forced, Jointed, Observed, Judged, Threaded, Drowsy):
         "see `asleep`."
     )
     solver: Setting[str | None] = Setting(
-        'None (default): the scheme\'s own, "pgs" for "fixed_step", "exact" for "events", for "soft_step" '
+        'None (default): the scheme\'s own, "nncg" for "fixed_step", "exact" for "events", for "soft_step" '
         'springs with a sweep each; "auto" (sweeps first, stronger where asked), or another of '
         '`carom.SOLVERS`. "soft_step" takes "pgs" and "nncg": they sweep rigid contacts in its lanes.'
     )

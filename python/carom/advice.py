@@ -28,7 +28,7 @@ FRAME = 1 / 30
 STEPS = tuple(FRAME / n for n in (1, 2, 4, 8, 16, 32))
 #: Schemes, solvers and plastic arrivals (of events) that are tried, the one that makes the reference last.
 WAYS = (
-    ("fixed_step", "pgs", None),
+    ("fixed_step", "nncg", None),
     ("fixed_step", "exact", None),
     ("events", "exact", "within_the_step"),
     ("events", "exact", "at_their_moment"),

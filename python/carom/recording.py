@@ -120,7 +120,7 @@ STEP_UNITS = {
     "potential": "J",
 }
 #: What solves the contacts of a scheme where no solver is chosen.
-OWN_SOLVERS = {"fixed_step": "pgs", "events": "exact", "soft_step": "soft_step's own"}
+OWN_SOLVERS = {"fixed_step": "nncg", "events": "exact", "soft_step": "soft_step's own"}
 #: Impact law of each scheme when none is asked for.
 OWN_LAWS = {"fixed_step": "newton", "events": "generalized_reflections", "soft_step": "soft_step's own"}
 #: Lines of the energy ledger, as columns of the steps [J].

@@ -96,7 +96,7 @@ def test_json_is_all_that_json_prints(folder: Path, capsys: pytest.CaptureFixtur
 def test_closing_table_names_the_solver_that_the_scheme_chose(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for scheme, solver in [("fixed_step", "pgs"), ("events", "exact"), ("soft_step", "soft_step's own")]:
+    for scheme, solver in [("fixed_step", "nncg"), ("events", "exact"), ("soft_step", "soft_step's own")]:
         assert main(["run", "drop.toml", "--out", "none", "--time", "0.1", "--scheme", scheme]) == 0
         assert f" {solver} " in capsys.readouterr().out
 

@@ -142,4 +142,4 @@ def test_a_residual_that_stands_alone_is_drawn_and_the_solver_named() -> None:
     assert alone.sum() > 3
     assert sorted(points) == [1, alone.sum()]  # the worst, and all that are alone
     assert axes.get_xlim() == (run.steps["time"][0], run.steps["time"][-1])
-    assert "pgs" in figure.get_suptitle()
+    assert "nncg" in figure.get_suptitle()

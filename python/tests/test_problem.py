@@ -17,8 +17,8 @@ import carom
 from carom import BuildError, ContactProblem, RunFileError, SolverError, planar
 
 
-def settled(face: Face, count: int = 3) -> Any:
-    w = face.stack(count)
+def settled(face: Face, count: int = 3, **settings: Any) -> Any:
+    w = face.stack(count, **settings)
     for _ in range(5):
         w.step()
     return w
@@ -69,7 +69,7 @@ def test_the_problem_is_that_of_the_next_step_and_asking_changes_nothing(face: F
 @both
 def test_all_solvers_on_one_problem(face: Face) -> None:
     """Matrix form and iterative form agree (item 45); every answer has the residual that it claims."""
-    p = settled(face, 3 if face.dimension == 2 else 1).problem()
+    p = settled(face, 3 if face.dimension == 2 else 1, solver="pgs").problem()
     answers = {
         name: p.solve(name, iterations=20_000, tolerance=1e-13)
         for name in ("pgs", "pgs_matrix", "sequential")

@@ -339,13 +339,13 @@ def test_scenes_of_the_engine(name: str) -> None:
 def test_reprs_say_what_is_there() -> None:
     w = PLANE.stack(2)
     report = w.step()
-    assert repr(w) == "<planar.World 3 bodies (1 obstacles), t = 0.00416667 s, solver pgs>"
+    assert repr(w) == "<planar.World 3 bodies (1 obstacles), t = 0.00416667 s, solver nncg>"
     assert repr(w["box1"]).startswith("<dynamic body 'box1': box, mass 2 kg, position (")
     assert repr(w["floor"]).startswith("<static body 'floor': half_plane, position (0, 0) m")
     assert "4 contacts, residual" in repr(report)
     assert repr(w.snapshot()).startswith("<Snapshot planar, 3 bodies, t = 0.00416667 s")
     assert repr(w.problem()) == "<planar ContactProblem: 4 contacts between 3 bodies>"
-    assert repr(SPACE.world()) == "<spatial.World 0 bodies, t = 0 s, solver pgs>"
+    assert repr(SPACE.world()) == "<spatial.World 0 bodies, t = 0 s, solver nncg>"
     assert repr(planar.Box(1, 2)) == "Box(1, 2)"
     assert repr(planar.HeightField([0, 1], 3)) == "HeightField(heights=[0, 1], width=3)"
     assert repr(carom.impact.Newton()) == "Newton()"

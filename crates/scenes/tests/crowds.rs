@@ -25,11 +25,11 @@ fn drift<V: Column>(from: &[V], to: &[V]) -> f64 {
 }
 
 /// How fast a stack of `count` boxes still moves after two seconds of fixed steps, and the residual of the solve that follows \[m/s\].
-fn stacked<S: Stage>(count: usize, solver: SolverKind, iterations: usize) -> (f64, f64) {
+fn stacked<S: Stage>(count: usize, solver: Option<SolverKind>, iterations: usize) -> (f64, f64) {
     let mut world = stacking::stack::<S>(count, 1.0).expect("builds");
     let settings = world.settings().clone();
     let dt = settings.dt;
-    world.set_settings(Settings { solver: Some(solver), iterations, ..settings }).expect("settings");
+    world.set_settings(Settings { solver, iterations, ..settings }).expect("settings");
     let start = world.bodies().motion.position.clone();
     run(&mut world, 2.0);
     assert!(drift(&start, &world.bodies().motion.position) < 1e-2, "{count} boxes do not stand");
@@ -39,26 +39,32 @@ fn stacked<S: Stage>(count: usize, solver: SolverKind, iterations: usize) -> (f6
     (speed, world.step(dt).expect("a healthy scene").contact_solve.expect("contacts").residual)
 }
 
-fn stack_comes_to_rest<S: Stage>(count: usize, solver: SolverKind, iterations: usize) {
+fn stack_comes_to_rest<S: Stage>(count: usize, solver: Option<SolverKind>, iterations: usize) {
     let (speed, _) = stacked::<S>(count, solver, iterations);
-    assert!(speed < 1e-3, "{count} boxes of {}: {speed} m/s", solver.name());
+    assert!(speed < 1e-3, "{count} boxes of {solver:?}: {speed} m/s");
 }
 
-/// That ten boxes of space rest under a hundred sweeps hangs on rounding: of 8 to 12 they alone do.
+/// By the defaults of `Settings` above all: `pgs` leaves it to rounding whether boxes of space rest, from eight on.
 #[test]
 fn a_tall_stack_comes_to_rest_and_its_contacts_give_no_energy() {
-    stack_comes_to_rest::<Planar>(10, SolverKind::Pgs, 100);
-    for count in [4, 5, 6, 7, 10] {
-        stack_comes_to_rest::<Spatial>(count, SolverKind::Pgs, 100);
+    let (pgs, nncg) = (Some(SolverKind::Pgs), Some(SolverKind::Nncg));
+    let iterations = Settings::<Spatial>::default().iterations;
+    for count in 4..=10 {
+        stack_comes_to_rest::<Planar>(count, None, iterations);
+        stack_comes_to_rest::<Spatial>(count, None, iterations);
     }
-    stack_comes_to_rest::<Spatial>(10, SolverKind::Nncg, 200);
-    stack_comes_to_rest::<Spatial>(10, SolverKind::Exact, 100);
+    stack_comes_to_rest::<Planar>(10, pgs, 100);
+    for count in 4..=7 {
+        stack_comes_to_rest::<Spatial>(count, pgs, 100);
+    }
+    stack_comes_to_rest::<Spatial>(10, nncg, 200);
+    stack_comes_to_rest::<Spatial>(10, Some(SolverKind::Exact), 100);
 }
 
 #[test]
 fn a_stack_too_tall_for_its_sweeps_stands_and_is_told_of_while_it_sways() {
     for count in [8, 10, 12] {
-        let (speed, residual) = stacked::<Spatial>(count, SolverKind::Pgs, 100);
+        let (speed, residual) = stacked::<Spatial>(count, Some(SolverKind::Pgs), 100);
         let tolerance = Settings::<Spatial>::default().tolerance;
         assert!(speed < 1e-3 || residual > 10.0 * tolerance, "{count}: {speed} m/s, {residual} m/s");
     }

@@ -125,7 +125,7 @@ class SettingsCommon(Strict):
     soft: SoftSettings | None = Field(default=None, description='Choices of the scheme "soft_step".')
     solver: Solver | None = Field(
         default=None,
-        description='Contact solver; the scheme\'s own when absent: "pgs" | "exact" for "events" | springs '
+        description='Contact solver; the scheme\'s own when absent: "nncg" | "exact" for "events" | springs '
         'for "soft_step", where "pgs" and "nncg" sweep rigid contacts.',
     )
     iterations: Annotated[int, Field(strict=True, ge=1, le=10_000_000)] | None = Field(

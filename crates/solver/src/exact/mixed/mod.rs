@@ -15,7 +15,7 @@ use super::minimum_norm_mixed::{largest_velocity, least};
 use crate::cone::project;
 use crate::delassus::{Csr, delassus_of};
 use crate::impulse_solver::{Content, ImpulseChoice, ImpulseSolver, SolveSettings};
-use crate::methods::nncg::Nncg;
+use crate::methods::nncg::NncgStage;
 use crate::methods::on_bodies::OnBodies;
 use crate::outcome::{Outcome, Stop};
 use crate::prepared::Prepared;
@@ -92,7 +92,7 @@ pub fn solve_mixed<S: Space>(
         // errors of the velocities come back in the impulses, larger by what redundant contacts weigh
         settings.tolerance = asked.min(SHARP * KNOWN * largest_velocity(problem, prepared));
     }
-    let mut sweeps = OnBodies::<S, Nncg>::default();
+    let mut sweeps = OnBodies::<S, NncgStage>::default();
     let mut mixed = Mixed::of(problem, prepared, &settings);
     let (mut swept, mut stop) = (0, Stop::OutOfIterations);
     for round in 0..ROUNDS {
