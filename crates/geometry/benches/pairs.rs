@@ -1,7 +1,7 @@
-//! What the contact points of two boxes and two hulls cost beside the library's manifolds made anew, in one run: the same
-//! poses, rounds in turn, processor time, medians. The library's answers differ (ADR 8); what they are worth is not told.
+//! What the contact points of two boxes and two hulls cost, pair by pair and where pairs go side by side, beside the library's
+//! manifolds made anew, in one run: the same poses, rounds in turn, processor time, medians. The library's answers differ (ADR 8); what they are worth is not told.
 
-use carom_geometry::{Geometry, SpatialShape};
+use carom_geometry::{ABREAST, Geometry, Look, SpatialShape};
 use carom_math::{Pose, Quaternion, Spatial, Vec3, vec3};
 use parry3d_f64::glamx::DQuat;
 use parry3d_f64::math::{Pose as Place, Vector};
@@ -27,7 +27,7 @@ struct Posed {
 }
 
 fn main() {
-    println!("{:36}{:>12}{:>12}{:>8}", "ns per pair", "ours", "library", "ratio");
+    println!("{:36}{:>12}{:>12}{:>12}{:>8}", "ns per pair", "alone", "abreast", "library", "ratio");
     let unit = SpatialShape::Box { size: [1.0, 1.0, 1.0] };
     let library_unit = SharedShape::cuboid(0.5, 0.5, 0.5);
     for (name, tilt) in [("boxes of a wall", 0.0), ("boxes of a wall, tilted by 1e-3", 1e-3)] {
@@ -89,6 +89,18 @@ fn compare(name: &str, shape: &SpatialShape, theirs: &SharedShape, poses: &[Pose
             std::hint::black_box(&points);
         }
     };
+    let mut found = Vec::new();
+    let abreast = || {
+        for some in poses.chunks_exact(ABREAST) {
+            let looks: [Look<'_, Spatial>; ABREAST] = std::array::from_fn(|k| {
+                let [a, b] = &some[k].ours;
+                Look { colliders: [&collider; 2], poses: [a, b], margin: MARGIN }
+            });
+            found.clear();
+            Spatial::contacts_abreast(&looks, &mut found);
+            std::hint::black_box(&found);
+        }
+    };
     let library = || {
         for p in poses {
             let (mut manifolds, mut workspace) = (Vec::<ContactManifold<(), ()>>::new(), None);
@@ -104,14 +116,16 @@ fn compare(name: &str, shape: &SpatialShape, theirs: &SharedShape, poses: &[Pose
             std::hint::black_box(&manifolds);
         }
     };
-    let [ours, library] = in_turn(ours, library);
-    println!("{name:36}{ours:12.0}{library:12.0}{:8.2}", ours / library);
+    let [ours, abreast, library] = in_turn([&mut { ours }, &mut { abreast }, &mut { library }]);
+    // in a step they go as is quicker for them
+    let own = if Spatial::go_abreast(&collider, &collider) { abreast } else { ours };
+    println!("{name:36}{ours:12.0}{abreast:12.0}{library:12.0}{:8.2}", own / library);
 }
 
-/// Medians of the time of two calls \[ns per pose\].
-fn in_turn(mut one: impl FnMut(), mut other: impl FnMut()) -> [f64; 2] {
+/// Medians of the time of some calls \[ns per pose\].
+fn in_turn<const N: usize>(mut calls: [&mut dyn FnMut(); N]) -> [f64; N] {
     let clock = Instant::now();
-    let mut times = [Vec::new(), Vec::new()];
+    let mut times = [const { Vec::new() }; N];
     let time = |call: &mut dyn FnMut()| {
         let begun = processor_seconds().unwrap_or_else(|| clock.elapsed().as_secs_f64());
         (0..PASSES).for_each(|_| call());
@@ -119,8 +133,9 @@ fn in_turn(mut one: impl FnMut(), mut other: impl FnMut()) -> [f64; 2] {
         1e9 * (end - begun) / (PASSES * POSES) as f64
     };
     for _ in 0..ROUNDS {
-        times[0].push(time(&mut one));
-        times[1].push(time(&mut other));
+        for (times, call) in times.iter_mut().zip(calls.iter_mut()) {
+            times.push(time(call));
+        }
     }
     times.map(|mut t| {
         t.sort_by(f64::total_cmp);

@@ -3,7 +3,9 @@
 
 mod abreast;
 mod balls;
+mod box_axes;
 mod box_faces;
+mod box_names;
 mod boxes;
 pub mod broad_phase;
 mod check;

@@ -5,12 +5,12 @@ use crate::boxes::bounds_of_box;
 use crate::clip::{Patch, overlap};
 use crate::collider::reach_box;
 use crate::core_spatial::SpatialCore;
-use crate::geometry::{Aabb, ContactPoint, Guess};
-use crate::kernel::{Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches};
+use crate::geometry::{ABREAST, Aabb, ContactPoint, Guess, Told};
+use crate::kernel::{Beside, Kernel, Label, NONE, Ring, Separation, Swept, Touch, Touches};
 use crate::polytope::triangle_normal;
 use crate::separate::Pair;
 use crate::spread::{Places, spread};
-use crate::two_boxes;
+use crate::two_boxes::{self, half_of};
 use carom_math::{Column, Pose, Spatial, Vec3};
 
 /// Corners this close to a side count as inside, as a fraction of the scale \[1\].
@@ -91,7 +91,19 @@ impl Kernel for Spatial {
         apart: &mut f64,
         out: &mut Vec<ContactPoint<Self>>,
     ) -> bool {
-        two_boxes::contacts(&a, &b, margin, apart, out)
+        if !Self::go_abreast(a.core, b.core) {
+            return false;
+        }
+        let [told, ..] = Self::abreast(&[Beside { swept: [a, b], margin }], out);
+        *apart = apart.max(told.apart);
+        true
+    }
+    #[inline]
+    fn go_abreast(a: &SpatialCore, b: &SpatialCore) -> bool {
+        half_of(a).is_some() && half_of(b).is_some()
+    }
+    fn abreast(pairs: &[Beside<'_, Self>], out: &mut Vec<ContactPoint<Self>>) -> [Told; ABREAST] {
+        two_boxes::contacts(pairs, out)
     }
     fn manifold(
         a: &SpatialCore,
@@ -118,14 +130,6 @@ impl Kernel for Spatial {
         }
         keep_few(out, found.normal, reach);
     }
-}
-
-/// What is made of the overlap of two faces along the normal of a separation with its own witnesses.
-pub fn settle(found: &Separation<Spatial>, scale: f64, reach: f64, out: &mut Touches<Spatial>) {
-    drop_twins(out, SAME_SIDE * scale);
-    lift(out, found.gap);
-    deepest_is_found(out, found, scale);
-    keep_few(out, found.normal, reach);
 }
 
 /// Nothing is deeper than the farthest points, at a gap \[m\]: less comes from corners let in by the slack.

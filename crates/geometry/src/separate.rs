@@ -79,13 +79,7 @@ impl<'a> Pair<'a> {
         let d = self.a.center() - self.point_in_a(self.b.center());
         if d.norm() > 0.0 { d } else { vec3(0.0, 0.0, 1.0) }
     }
-    /// The direction of the largest s(n), or `None` when that exceeds `reach`.
-    #[cfg(test)]
-    pub fn separation(&self, reach: f64) -> Option<Separation<Spatial>> {
-        self.separation_near(reach, &mut Guess::default())
-    }
-
-    /// The same from a guess at the direction (see `Kernel::separation`): where it shows the cores apart nothing is
+    /// The direction of the largest s(n), or `None` when that exceeds `reach`, from a guess at it (see `Kernel::separation`): where it shows the cores apart nothing is
     /// searched, by more than rounding, so that a search would have found the same.
     pub fn separation_near(&self, reach: f64, guess: &mut Guess<Spatial>) -> Option<Separation<Spatial>> {
         if let Some(direction) = guess.direction {

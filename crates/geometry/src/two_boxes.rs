@@ -1,503 +1,417 @@
-//! Contact points of two boxes of space, rounded or not, in one go: s(n) of the 15 directions by closed forms, four at a
-//! time (see `boxes`); where a face of one is the best, the face of the other that looks at it is cut in its plane (see
-//! `box_faces`). What crossed edges or the distance search must settle is left to `separate`. Says what `pair_spatial`
-//! says. Knows no composite shapes.
+//! Contact points of boxes of space, rounded or not, four pairs at a time: the direction by closed forms (see `box_axes`), the
+//! points where the faces overlap that look at each other along it (see `box_faces`). Says what `pair_spatial` says, but for
+//! rounding; a pair has the same bits whoever is looked at beside it. Knows no composite shapes.
 
-use crate::box_faces::{BoxFace, BoxFaces, Corners};
-use crate::boxes::{PARALLEL, ROUNDING, SKEW};
+use crate::abreast::four_of;
+use crate::box_axes::{Best, BestEdges, Boxes, Record, choose};
+use crate::box_faces::{Overlap, Overlaps, Spot};
+use crate::box_names::{CORNERS, CROSSINGS, names};
 use crate::core_spatial::SpatialCore;
-use crate::geometry::{ContactPoint, Guess};
-use crate::kernel::{Label, NONE, Separation, Swept, Touch, Touches, mix};
+use crate::geometry::{ABREAST, ContactPoint, Told};
+use crate::kernel::{Beside, Kernel};
 use crate::overlap::BIAS;
-use crate::pair_spatial::{SAME_SIDE, settle};
-use crate::separate::{self, NEAR, Pair};
+use crate::pair_spatial::SAME_SIDE;
+use crate::separate::NEAR;
+use crate::spread::{Kept, Places, spread};
 use carom_math::lanes::{Four, Job, Lanes, dispatch};
-use carom_math::{Column, Pose, Quaternion, Rotation, Spatial, Vec3, vec3};
+use carom_math::{Column, Planar, Spatial, Vec2, Vec3, vec2};
 
-/// Appends the contact points of two boxes with gaps up to `margin` \[m\], their names distinct; false where one is no box.
-/// Where something shows them farther apart, `apart` becomes by how much \[m\].
-pub fn contacts(
-    a: &Swept<Spatial>,
-    b: &Swept<Spatial>,
-    margin: f64,
-    apart: &mut f64,
-    out: &mut Vec<ContactPoint<Spatial>>,
-) -> bool {
-    let Some(boxes) = Boxes::of([a, b], margin) else { return false };
-    dispatch(Tell { boxes, apart, out });
-    true
-}
+/// Depths this close are one, as a fraction of the scale \[1\].
+const SAME_DEPTH: f64 = 1e-14;
+/// A normal that leans less than this along a face is the face's \[1\].
+const STRAIGHT: f64 = 1e-9;
 
+/// Half sides of a box \[m\]; `None` of other cores.
 #[inline]
-fn half_of(core: &SpatialCore) -> Option<Vec3> {
+pub fn half_of(core: &SpatialCore) -> Option<Vec3> {
     if let SpatialCore::Polytope(polytope) = core { polytope.half } else { None }
 }
 
-/// Two boxes and where b stands in a's frame.
-struct Boxes<'a, 'b> {
-    swept: [&'a Swept<'b, Spatial>; 2],
-    halves: [Vec3; 2],
-    position: Vec3,
-    rotation: Quaternion,
-    /// Length against which rounding is measured \[m\].
-    scale: f64,
-    /// Largest gap of the cores \[m\].
-    reach: f64,
-}
-
-/// The axes of two boxes, laid out for work on several at a time.
-struct Axes {
-    /// a_i.b_j by i.
-    rows: [[f64; 4]; 3],
-    /// The same by j, again and again.
-    columns: [[f64; 8]; 3],
-    /// Centre of b \[m\], again and again.
-    place: [f64; 8],
-    /// Half sides of a \[m\], again and again.
-    half: [f64; 8],
-    halves: [Vec3; 2],
-}
-
-/// Three numbers so often that four that begin at any of the first three are in a row.
+/// The numbers of a pair.
 #[inline(always)]
-fn again([x, y, z]: [f64; 3]) -> [f64; 8] {
-    [x, y, z, x, y, z, x, y]
+fn record(pair: &Beside<'_, Spatial>) -> Record {
+    let [a, b] = &pair.swept;
+    // the difference of positions first: far from the world's origin it is small and exact
+    let d = b.pose.position - a.pose.position;
+    let half = |core| half_of(core).map_or([0.0; 4], |h| [h[0], h[1], h[2], 0.0]);
+    Record {
+        between: [d[0], d[1], d[2], pair.margin + a.radius + b.radius],
+        turns: [a.pose.rotation.0, b.pose.rotation.0],
+        halves: [half(a.core), half(b.core)],
+    }
 }
 
-/// Four numbers of a column from one on.
-#[inline(always)]
-fn from<L: Lanes>(lanes: L, column: &[f64; 8], first: usize) -> L::Four {
-    let first = first % 5;
-    lanes.four(&[column[first], column[first + 1], column[first + 2], column[first + 3]])
+/// Appends the contact points of up to four pairs of boxes, one after another, with names that are distinct within each.
+pub fn contacts(pairs: &[Beside<'_, Spatial>], out: &mut Vec<ContactPoint<Spatial>>) -> [Told; ABREAST] {
+    let mut told = [Told::nothing(out.len()); ABREAST];
+    if let Some(records) = four_of(pairs, record) {
+        dispatch(Tell { pairs, records: &records, overlaps: &mut Overlaps::default(), told: &mut told, out });
+    }
+    told
 }
 
-/// Tells of the contacts of two boxes.
-struct Tell<'a, 'b, 'c> {
-    boxes: Boxes<'a, 'b>,
-    apart: &'c mut f64,
-    out: &'c mut Vec<ContactPoint<Spatial>>,
+/// Tells of the contacts of four pairs.
+struct Tell<'a, 'b> {
+    pairs: &'a [Beside<'a, Spatial>],
+    records: &'a [Record; ABREAST],
+    overlaps: &'b mut Overlaps,
+    told: &'b mut [Told; ABREAST],
+    out: &'b mut Vec<ContactPoint<Spatial>>,
 }
 
-impl Job for Tell<'_, '_, '_> {
+impl Job for Tell<'_, '_> {
     type Output = ();
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
-        let Tell { boxes, apart, out } = self;
-        let mut touches = Touches::<Spatial>::default();
-        let ([a, b], first) = (boxes.swept, out.len());
-        if let Some(gap) = boxes.touches(lanes, &mut touches) {
-            *apart = gap - (a.radius + b.radius);
-        }
-        if touches.is_empty() {
-            return;
-        }
-        let m = a.pose.rotation.matrix();
-        let turned = |v: Vec3| vec3(dot(m[0], v), dot(m[1], v), dot(m[2], v));
-        let (normal, radii) = (turned(touches[0].normal), a.radius + b.radius);
-        for t in touches.iter() {
-            let middle = (t.on_a + t.on_b - t.normal * (a.radius - b.radius)) * 0.5;
-            let mut feature = mix(mix(0, 0), t.label.code());
-            while out[first..].iter().any(|p| p.feature == feature) {
-                feature = mix(feature, 1);
+        let Tell { pairs, records, overlaps, told, out } = self;
+        let found = find(&Boxes::of(lanes, records), overlaps);
+        for (lane, pair) in pairs.iter().enumerate().take(ABREAST) {
+            let mut apart = f64::NEG_INFINITY;
+            if found.beyond >> lane & 1 == 1 {
+                apart = found.apart[lane] - (pair.swept[0].radius + pair.swept[1].radius);
+            } else if overlaps.any() {
+                tell(pair, overlaps.of(lane), out);
             }
-            let point = a.pose.position + turned(middle);
-            out.push(ContactPoint { feature, point, normal, gap: t.gap - radii, curvature: 0.0 });
+            told[lane] = Told { end: out.len(), apart };
         }
     }
 }
 
+/// Which of four pairs are apart, bit by bit, and how far at least \[m\].
+struct Found {
+    beyond: u32,
+    apart: [f64; 4],
+}
+
+/// Finds the overlaps of four pairs, and which are apart.
 #[inline(always)]
-fn dot(row: [f64; 3], v: Vec3) -> f64 {
-    row[0] * v[0] + row[1] * v[1] + row[2] * v[2]
-}
-
-impl<'a, 'b> Boxes<'a, 'b> {
-    /// Two boxes; `None` where one is none.
-    #[inline]
-    fn of([a, b]: [&'a Swept<'b, Spatial>; 2], margin: f64) -> Option<Self> {
-        let halves = [half_of(a.core)?, half_of(b.core)?];
-        // the difference of positions first: far from the world's origin it is small and exact
-        let position = a.pose.rotation.unrotate(b.pose.position - a.pose.position);
-        Some(Boxes {
-            swept: [a, b],
-            halves,
-            position,
-            rotation: a.pose.rotation.inverse().product(&b.pose.rotation),
-            scale: a.core.size() + b.core.size() + position.norm(),
-            reach: margin + a.radius + b.radius,
-        })
+fn find<F: Four>(boxes: &Boxes<F>, overlaps: &mut Overlaps) -> Found {
+    const ALL: u32 = (1 << ABREAST) - 1;
+    let (scale, reach, face) = (boxes.scale, boxes.reach, boxes.best_face());
+    let mut beyond = reach.less(face.gap);
+    if beyond == ALL {
+        return Found { beyond, apart: face.gap.store() };
     }
-}
-
-impl Boxes<'_, '_> {
-    /// Where they touch; the largest s(n) that is known where that is beyond reach \[m\].
-    #[inline(always)]
-    fn touches<L: Lanes>(&self, lanes: L, out: &mut Touches<Spatial>) -> Option<f64> {
-        let axes = self.axes();
-        let face = match axes.best_face(lanes, self.scale, self.reach) {
-            Ok(face) => face,
-            Err(beyond) => return Some(beyond),
-        };
-        let mut found = face;
-        // where a point of the one box stands over the face of the other as near as that, the face has the last word
-        let mut asks = face.gap <= NEAR * self.scale;
-        loop {
-            if asks {
-                found = match self.best(lanes, &axes, face) {
-                    Ok(best) => best,
-                    Err(beyond) => return Some(beyond),
-                };
-            }
-            let nearest = self.facing(lanes, &axes, found.normal, out);
-            if asks || nearest <= face.gap + separate::ROUNDING * self.scale {
-                break;
-            }
-            asks = true;
-            out.clear();
-        }
-        settle(&found, self.scale, self.reach, out);
-        None
+    let [bias, near] = [scale.like(BIAS) * scale, scale.like(NEAR) * scale];
+    let edges = boxes.best_edges();
+    let both = face.or(edges.best, bias);
+    beyond |= reach.less(edges.best.gap);
+    // what a pair is told does not depend on those beside it
+    let mut apart = reach.if_less(face.gap, face.gap, edges.best.gap);
+    if beyond == ALL {
+        return Found { beyond, apart: apart.store() };
     }
-
-    /// The direction of the largest s(n), given that of the best face; beyond reach what is known of it \[m\].
-    #[inline(always)]
-    fn best<L: Lanes>(
-        &self,
-        lanes: L,
-        axes: &Axes,
-        face: Separation<Spatial>,
-    ) -> Result<Separation<Spatial>, f64> {
-        let near = NEAR * self.scale;
-        match axes.best_edges(lanes, face.gap + BIAS * self.scale, self.scale) {
-            Edges::Worse if face.gap <= near => Ok(face),
-            Edges::Best { found, .. } if found.gap > self.reach => Err(found.gap),
-            Edges::Best { found, inside, sine } if found.gap <= near || (inside && sine >= SKEW) => Ok(found),
-            _ => self.by_pieces(),
-        }
-    }
-
-    /// The direction of the largest s(n), by the search for solids of any kind.
-    #[cold]
-    #[inline(never)]
-    fn by_pieces(&self) -> Result<Separation<Spatial>, f64> {
-        let ([a, b], mut guess) = (self.swept, Guess::default());
-        let place = Pose::new(self.position, self.rotation);
-        let pair = Pair::new(a.core, b.core, &place);
-        pair.separation_near(self.reach, &mut guess).ok_or(guess.apart)
-    }
-
-    #[inline(always)]
-    fn axes(&self) -> Axes {
-        let (m, t, [g, h]) = (self.rotation.matrix(), self.position, self.halves);
-        Axes {
-            rows: [
-                [m[0][0], m[0][1], m[0][2], 0.0],
-                [m[1][0], m[1][1], m[1][2], 0.0],
-                [m[2][0], m[2][1], m[2][2], 0.0],
-            ],
-            columns: [
-                again([m[0][0], m[1][0], m[2][0]]),
-                again([m[0][1], m[1][1], m[2][1]]),
-                again([m[0][2], m[1][2], m[2][2]]),
-            ],
-            place: again(t.0),
-            half: again(g.0),
-            halves: [g, h],
-        }
-    }
-
-    /// The touches of the faces that look at each other along a normal from b to a; the smallest gap of a point that is
-    /// over the other's face but for no slack \[m\].
-    #[inline(always)]
-    fn facing<L: Lanes>(&self, lanes: L, axes: &Axes, normal: Vec3, out: &mut Touches<Spatial>) -> f64 {
-        let ([g, h], turned) = (self.halves, axes.transposed(normal));
-        let (face_a, face_b) = (leaning(-normal), leaning(turned));
-        let slack = SAME_SIDE * self.scale;
-        let (of_a, of_b) = (BoxFace { half: g, number: face_a.0 }, BoxFace { half: h, number: face_b.0 });
-        // b is cut by a unless b's is clearly the better aligned face: rounding must not swap labels
-        let knife_is_a = face_a.1 >= face_b.1 - 1e-4;
-        let [x, y, z] = &axes.columns;
-        let columns = [vec3(x[0], x[1], x[2]), vec3(y[0], y[1], y[2]), vec3(z[0], z[1], z[2])];
-        let faces = if knife_is_a {
-            BoxFaces { knife: of_a, cut: of_b, place: self.position, axes: columns, direction: normal, slack }
-        } else {
-            let [x, y, z] = &axes.rows;
-            let rows = [vec3(x[0], x[1], x[2]), vec3(y[0], y[1], y[2]), vec3(z[0], z[1], z[2])];
-            let place = -axes.transposed(self.position);
-            BoxFaces { knife: of_b, cut: of_a, place, axes: rows, direction: -turned, slack }
-        };
-        let (mut one, mut other) = (Corners::default(), Corners::default());
-        let corners = faces.overlap(lanes, &mut one, &mut other);
-        let ([w, u, v], knife) = (faces.knife.axes(), faces.knife);
-        let mut nearest = f64::INFINITY;
-        for corner in corners.all() {
-            let ([x, y], gap) = (corner.at, corner.gap);
-            if gap < nearest && x.abs() <= knife.half[u] && y.abs() <= knife.half[v] {
-                nearest = gap;
-            }
-            let mut on_knife = Vec3::ZERO;
-            (on_knife[w], on_knife[u], on_knife[v]) = (knife.sign() * knife.half[w], x, y);
-            let label = faces.label(corner);
-            let touch = if knife_is_a {
-                let label = Label { a: label.b, b: label.a };
-                Touch { normal, gap, on_a: on_knife, on_b: on_knife - normal * gap, label }
-            } else {
-                let on_b = self.position
-                    + columns[0] * on_knife[0]
-                    + columns[1] * on_knife[1]
-                    + columns[2] * on_knife[2];
-                Touch { normal, gap, on_a: on_b + normal * gap, on_b, label }
-            };
-            out.push(touch);
-        }
-        nearest
-    }
-}
-
-/// The face that leans most along a direction, and how much.
-#[inline(always)]
-fn leaning(direction: Vec3) -> (usize, f64) {
-    let [x, y, z] = direction.0.map(f64::abs);
-    let (axis, lean) = if y > x {
-        if z > y { (2, z) } else { (1, y) }
-    } else if z > x {
-        (2, z)
-    } else {
-        (0, x)
+    // where faces are apart and a corner stands over the face of the other, the face has the last word
+    let best = Best {
+        normal: choose(near, face.gap, &face.normal, &both.normal),
+        gap: near.if_less(face.gap, face.gap, both.gap),
     };
-    (2 * axis + usize::from(direction[axis] < 0.0), lean)
+    let nearest = boxes.overlap(&best.normal, best.gap, SAME_SIDE, overlaps);
+    let level = best.gap + scale.like(SAME_DEPTH) * scale;
+    let open = near.less(best.gap) & level.less(nearest) & !beyond;
+    if open != 0 {
+        let other = nearest_features(boxes, &edges, near);
+        // what is open: apart, and nothing over the face as near as that. What is over the face is no farther than it is seen to be:
+        // features that are, leave out edges that are all but parallel
+        let normal = choose(other.gap, nearest, &other.normal, &best.normal);
+        let gap = other.gap.if_less(nearest, other.gap, best.gap);
+        let normal = choose(level, nearest, &normal, &best.normal);
+        let gap = level.if_less(nearest, gap, best.gap);
+        let gap = near.if_less(best.gap, gap, best.gap);
+        let normal = choose(near, best.gap, &normal, &best.normal);
+        apart = reach.if_less(apart, apart, gap);
+        beyond |= reach.less(gap);
+        if open & !beyond != 0 {
+            boxes.overlap(&normal, gap, SAME_SIDE, overlaps);
+        }
+    }
+    Found { beyond, apart: apart.store() }
 }
 
-impl Axes {
-    /// A direction of a's frame in b's.
-    #[inline(always)]
-    fn transposed(&self, v: Vec3) -> Vec3 {
-        let [x, y, z] = &self.columns;
-        vec3(
-            x[0] * v[0] + x[1] * v[1] + x[2] * v[2],
-            y[0] * v[0] + y[1] * v[1] + y[2] * v[2],
-            z[0] * v[0] + z[1] * v[1] + z[2] * v[2],
-        )
+/// The direction between the nearest edges or corners of boxes that are apart.
+#[inline(always)]
+fn nearest_features<F: Four>(boxes: &Boxes<F>, edges: &BestEdges<F>, near: F) -> Best<F> {
+    let (corner, inside) = (boxes.nearest_corner(), boxes.pass_inside(edges));
+    // edges that pass each other are as near as the boxes
+    let by_edges = near.if_less(edges.best.gap, inside, inside.like(0.0));
+    let half = inside.like(0.5);
+    Best {
+        normal: choose(half, by_edges, &edges.best.normal, &corner.normal),
+        gap: half.if_less(by_edges, edges.best.gap, corner.gap),
     }
+}
 
-    /// The best face normal of either box, its s(n) alone beyond reach; a's faces win ties, and of each those before.
-    #[inline(always)]
-    fn best_face<L: Lanes>(&self, lanes: L, scale: f64, reach: f64) -> Result<Separation<Spatial>, f64> {
-        let (m, [g, h], bias) = (&self.columns, self.halves, BIAS * scale);
-        let four = |x: f64| lanes.four_of(x);
-        let [c0, c1, c2] = [from(lanes, &m[0], 0), from(lanes, &m[1], 0), from(lanes, &m[2], 0)];
-        let t = from(lanes, &self.place, 0);
-        let reach_b = c0.abs() * four(h[0]) + c1.abs() * four(h[1]) + c2.abs() * four(h[2]);
-        let of_a = (t.abs() - reach_b - from(lanes, &self.half, 0)).store();
-        let [r0, r1, r2] = [lanes.four(&self.rows[0]), lanes.four(&self.rows[1]), lanes.four(&self.rows[2])];
-        let reach_a = r0.abs() * four(g[0]) + r1.abs() * four(g[1]) + r2.abs() * four(g[2]);
-        let along = r0 * four(self.place[0]) + r1 * four(self.place[1]) + r2 * four(self.place[2]);
-        let of_b = (along.abs() - reach_a - lanes.four(&[h[0], h[1], h[2], f64::INFINITY])).store();
-        let most_a = of_a[0].max(of_a[1]).max(of_a[2]);
-        let most = most_a.max(of_b[0]).max(of_b[1]).max(of_b[2]);
-        if most > reach {
-            return Err(most);
+/// Appends the contact points of a pair.
+#[inline(always)]
+fn tell(pair: &Beside<'_, Spatial>, overlap: Overlap<'_>, out: &mut Vec<ContactPoint<Spatial>>) {
+    let [a, b] = &pair.swept;
+    let ([along_u, along_v, normal, way], slack) = (overlap.frame, overlap.slack);
+    // from the face that cuts halfway to the other surface
+    let (knife, toward, bulge) =
+        if overlap.by_a { (a, -0.5, a.radius - b.radius) } else { (b, 0.5, b.radius - a.radius) };
+    let names = names(overlap.by_a, overlap.faces);
+    let (middle, radii) = (knife.pose.position + way, a.radius + b.radius);
+    let (begins, above) = (overlap.begins(), (overlap.faces / 6).is_multiple_of(2));
+    let (mut places, mut of_knife) = (Places::<Vec2>::default(), 0_u32);
+    let first = out.len();
+    for Spot { at: [x, y], gap, name } in overlap {
+        // what is told of first stands for what is there too
+        if places.iter().any(|(p, _)| (p[0] - x).abs() <= slack && (p[1] - y).abs() <= slack) {
+            continue;
         }
-        let least = most - bias;
-        let first = |gaps: &[f64; 4]| {
-            if gaps[0] >= least {
-                0
-            } else if gaps[1] >= least {
-                1
-            } else {
-                2
-            }
-        };
-        if most_a >= least {
-            let k = first(&of_a);
-            let sign = if 2.0 * self.place[k] < -bias { -1.0 } else { 1.0 };
-            Ok(self.along_face_of_a(k, sign))
+        of_knife |= u32::from((CORNERS..CROSSINGS).contains(&name)) << (places.len() % 16);
+        places.push((vec2(x, y), gap));
+        out.push(ContactPoint {
+            feature: names[name % names.len()],
+            point: middle + (along_u * x + along_v * y + normal * (toward * (gap + bulge))),
+            normal,
+            gap: gap - radii,
+            curvature: 0.0,
+        });
+    }
+    if places.len() > Spatial::PATCH {
+        let kept = if normal.dot(along_u).abs() + normal.dot(along_v).abs() < STRAIGHT {
+            // as they lie on the face, whose plane has no part along the normal
+            spread::<Planar>(&places, Vec2::ZERO, Spatial::PATCH)
         } else {
-            let k = first(&of_b);
-            let sign = if 2.0 * along.store()[k] > bias { -1.0 } else { 1.0 };
-            Ok(self.along_face_of_b(k, sign))
-        }
-    }
-
-    #[inline(always)]
-    fn along_face_of_a(&self, k: usize, sign: f64) -> Separation<Spatial> {
-        let ([g, h], m) = (self.halves, &self.columns);
-        let (mut name, mut corner) = (0, vec3(self.place[0], self.place[1], self.place[2]));
-        for j in 0..3 {
-            let up = -sign * m[j][k] >= 0.0;
-            name |= u32::from(up) << j;
-            let half = if up { h[j] } else { -h[j] };
-            corner += vec3(m[j][0] * half, m[j][1] * half, m[j][2] * half);
-        }
-        let mut outward = Vec3::ZERO;
-        outward[k] = sign;
-        let gap = sign * corner[k] - g[k];
-        let label = Label { a: [NONE, NONE], b: [name, NONE] };
-        Separation { normal: -outward, gap, on_a: corner - outward * gap, on_b: corner, label }
-    }
-
-    #[inline(always)]
-    fn along_face_of_b(&self, k: usize, sign: f64) -> Separation<Spatial> {
-        let ([g, h], column) = (self.halves, &self.columns[k]);
-        let normal = vec3(sign * column[0], sign * column[1], sign * column[2]);
-        let (mut name, mut corner) = (0, Vec3::ZERO);
-        for i in 0..3 {
-            let up = -normal[i] >= 0.0;
-            name |= u32::from(up) << i;
-            corner[i] = if up { g[i] } else { -g[i] };
-        }
-        let place = vec3(self.place[0], self.place[1], self.place[2]);
-        let gap = normal.dot(corner - place) - h[k];
-        let label = Label { a: [name, NONE], b: [NONE, NONE] };
-        Separation { normal, gap, on_a: corner, on_b: corner - normal * gap, label }
-    }
-
-    /// The direction across two edges with the largest s(n), if that is beyond `clear` \[m\].
-    #[inline(always)]
-    fn best_edges<L: Lanes>(&self, lanes: L, clear: f64, scale: f64) -> Edges {
-        let (m, [_, h]) = (&self.columns, self.halves);
-        let (clear_of, rounding) = (lanes.four_of(clear), lanes.four_of(ROUNDING * scale));
-        let (t_u, t_v) = (from(lanes, &self.place, 1), from(lanes, &self.place, 2));
-        let (g_u, g_v) = (from(lanes, &self.half, 1), from(lanes, &self.half, 2));
-        let (mut any, mut sets) = (0, [0; 3]);
-        let (mut scaled, mut sines) = ([lanes.four_of(0.0); 3], [lanes.four_of(0.0); 3]);
-        // a_i x b_j for all i at once: (-m_vj, m_uj) on the axes u and v that follow i, and |n.b_k| = |a_i.b_l|
-        for j in 0..3 {
-            let (k, l) = ([1, 2, 0][j], [2, 0, 1][j]);
-            let (x, y) = (from(lanes, &m[j], 2), from(lanes, &m[j], 1));
-            let reach_a = x.abs() * g_u + y.abs() * g_v;
-            let (b_k, b_l) = (from(lanes, &m[k], 0).abs(), from(lanes, &m[l], 0).abs());
-            let reach_b = b_l * lanes.four_of(h[k]) + b_k * lanes.four_of(h[l]);
-            let squared = x * x + y * y;
-            scaled[j] = (y * t_v - x * t_u).abs() - reach_a - reach_b;
-            sines[j] = squared.sqrt();
-            let beyond = (clear_of * sines[j]).less(scaled[j] + rounding);
-            sets[j] = beyond & lanes.four_of(PARALLEL).less(squared) & 7;
-            any |= sets[j];
-        }
-        if any == 0 {
-            return Edges::Worse;
-        }
-        let (mut best, mut second, mut which) = (f64::NEG_INFINITY, f64::NEG_INFINITY, [0; 2]);
-        for j in 0..3 {
-            let gaps = (scaled[j] / sines[j]).store();
-            for (i, &gap) in gaps[..3].iter().enumerate().filter(|(i, _)| sets[j] >> i & 1 == 1) {
-                if gap > best {
-                    (best, second, which) = (gap, best, [i, j]);
-                } else {
-                    second = second.max(gap);
-                }
-            }
-        }
-        let [i, j] = which;
-        let sine = sines[j].store()[i];
-        // what rounding may turn round is settled edge by edge
-        let doubt = (BIAS + ROUNDING / sine) * scale;
-        if best <= clear + doubt || best - second <= 2.0 * doubt {
-            return Edges::Unclear;
-        }
-        self.across(which, sine, 2.0 * BIAS * scale)
-    }
-
-    /// What the edges say that support the direction a_i x b_j; sides within `same` \[m\] of each other leave it open.
-    #[inline(always)]
-    fn across(&self, [i, j]: [usize; 2], sine: f64, same: f64) -> Edges {
-        let ([g, h], m) = (self.halves, &self.columns);
-        let (u, v) = ([1, 2, 0][i], [2, 0, 1][i]);
-        let (k, l) = ([1, 2, 0][j], [2, 0, 1][j]);
-        let (x, y) = (-m[j][v] / sine, m[j][u] / sine);
-        let apart = x * self.place[u] + y * self.place[v];
-        let sign = if apart > 0.0 { -1.0 } else { 1.0 };
-        let (x, y) = (sign * x, sign * y);
-        let mut normal = Vec3::ZERO;
-        (normal[u], normal[v]) = (x, y);
-        let (p, q) = (x * m[k][u] + y * m[k][v], x * m[l][u] + y * m[l][v]);
-        let nearest = (g[u] * x.abs()).min(g[v] * y.abs()).min(h[k] * p.abs()).min(h[l] * q.abs());
-        if 2.0 * nearest <= same || 2.0 * apart.abs() <= same {
-            return Edges::Unclear;
-        }
-        let side = |half: f64, up: bool| if up { half } else { -half };
-        let name = |along: usize, [(c, up_c), (d, up_d)]: [(usize, bool); 2]| {
-            let low = u32::from(up_c) << c | u32::from(up_d) << d;
-            [low, low | 1 << along]
+            aslant(normal, &out[first..])
         };
-        // the edge of a that is farthest against the normal, and that of b along it: where each begins, and its half
-        let mut from_a = Vec3::ZERO;
-        (from_a[i], from_a[u], from_a[v]) = (-g[i], side(g[u], x <= 0.0), side(g[v], y <= 0.0));
-        let column = |k: usize| vec3(m[k][0], m[k][1], m[k][2]);
-        let place = vec3(self.place[0], self.place[1], self.place[2]);
-        let from_b =
-            place + column(k) * side(h[k], p >= 0.0) + column(l) * side(h[l], q >= 0.0) - column(j) * h[j];
-        let label =
-            Label { a: name(i, [(u, x <= 0.0), (v, y <= 0.0)]), b: name(j, [(k, p >= 0.0), (l, q >= 0.0)]) };
-        // places along both edges where they pass each other
-        let (w, cosine) = (from_b - from_a, m[j][i]);
-        let (along_a, along_b, squared) = (w[i], w.dot(column(j)), sine * sine);
-        let s = (along_a - along_b * cosine) / (squared * 2.0 * g[i]);
-        let t = (along_a * cosine - along_b) / (squared * 2.0 * h[j]);
-        let inside = (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t);
-        let mut on_a = from_a;
-        on_a[i] += 2.0 * g[i] * s.clamp(0.0, 1.0);
-        let on_b = from_b + column(j) * (2.0 * h[j] * t.clamp(0.0, 1.0));
-        let gap = normal.dot(from_a - from_b);
-        Edges::Best { found: Separation { normal, gap, on_a, on_b, label }, inside, sine }
+        for (k, &i) in kept.iter().enumerate() {
+            out[first + k] = out[first + i];
+            places[k] = places[i];
+        }
+        out.truncate(first + kept.len());
+    }
+    if let &[a, b, c, d] = &places[..out.len() - first] {
+        // one after another around the patch, and from where `clip` begins: who solves points in turn hangs on it
+        let mut around = [a.0, b.0, c.0, d.0];
+        let swapped = out_of_turn(around);
+        if let Some(k) = swapped {
+            around.swap(k, k + 1);
+            out.swap(first + k, first + k + 1);
+        }
+        let last = if swapped == Some(2) { 2 } else { 3 };
+        if places.len() == 4 && of_knife >> last & 1 == 1 && begins_with_last(begins, around, above, slack) {
+            out[first..].rotate_right(1);
+        }
     }
 }
 
-/// What directions across two edges say beside a face's.
-#[allow(clippy::large_enum_variant, reason = "lives on the stack for one query")]
-enum Edges {
-    /// None is better.
-    Worse,
-    /// Rounding may decide.
-    Unclear,
-    /// The best; whether the edges pass each other inside both; the sine of the angle between them \[1\].
-    Best { found: Separation<Spatial>, inside: bool, sine: f64 },
+/// Whether `clip`, which takes the sides of the face that cuts one after another, begins with the last of four points, a corner of that
+/// face: where the first corner of the face that is cut is beyond a side, and the side leads to this one.
+#[inline(always)]
+fn begins_with_last(first: Vec2, around: [Vec2; 4], above: bool, slack: f64) -> bool {
+    const SIDES: [[(usize, f64); 4]; 2] =
+        [[(0, -1.0), (1, 1.0), (0, 1.0), (1, -1.0)], [(1, -1.0), (0, 1.0), (1, 1.0), (0, -1.0)]];
+    let half = vec2(around[3][0].abs(), around[3][1].abs());
+    let last = SIDES[usize::from(above)].iter().rev().find(|(k, sign)| sign * first[*k] > half[*k] + slack);
+    last.is_some_and(|(k, sign)| (sign * around[2][*k] - half[*k]).abs() <= slack)
+}
+
+/// The first of two neighbours of four points that change places for all to go around; `None` where they do.
+#[inline(always)]
+fn out_of_turn([a, b, c, d]: [Vec2; 4]) -> Option<usize> {
+    let side = |p: Vec2, q: Vec2, r: Vec2| (q - p)[0] * (r - p)[1] - (q - p)[1] * (r - p)[0];
+    if side(a, b, c) * side(a, c, d) >= 0.0 {
+        None
+    } else if side(a, b, c) * side(a, b, d) < 0.0 {
+        Some(1)
+    } else {
+        Some(2)
+    }
+}
+
+/// Which few of many points are kept that are seen aslant on the face that cuts.
+#[inline(never)]
+fn aslant(normal: Vec3, points: &[ContactPoint<Spatial>]) -> Kept {
+    let mut places = Places::<Vec3>::default();
+    places.extend(points.iter().map(|p| (p.point, p.gap)));
+    spread::<Spatial>(&places, normal, Spatial::PATCH)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Guess;
+    use crate::kernel::{Swept, Touches, mix};
+    use crate::narrow::tests::numbers;
     use crate::polytope::Polytope;
     use carom_math::lanes::Portable;
+    use carom_math::{Pose, Quaternion, Rotation, vec3};
     use std::sync::Arc;
 
+    /// Two boxes at a pose each.
+    struct Case {
+        cores: [SpatialCore; 2],
+        radii: [f64; 2],
+        poses: [Pose<Spatial>; 2],
+        margin: f64,
+    }
+
+    impl Case {
+        fn pair(&self) -> Beside<'_, Spatial> {
+            let swept =
+                |k: usize| Swept { core: &self.cores[k], radius: self.radii[k], pose: &self.poses[k] };
+            Beside { swept: [swept(0), swept(1)], margin: self.margin }
+        }
+        /// Length against which what counts as inside is measured \[m\].
+        fn scale(&self) -> f64 {
+            let apart = (self.poses[1].position - self.poses[0].position).norm();
+            self.cores[0].size() + self.cores[1].size() + apart
+        }
+    }
+
+    /// Boxes from apart to deep in each other; some of them aligned, all but aligned, face on face, edge on edge and corner on corner.
+    fn cases(count: usize) -> impl Iterator<Item = Case> {
+        const HALVES: [[f64; 3]; 4] = [[0.5, 0.5, 0.5], [0.3, 0.2, 0.6], [4.0, 4.0, 0.5], [0.02, 0.5, 0.5]];
+        let solids = HALVES.map(|half| Arc::new(Polytope::cuboid(half)));
+        let mut number = numbers();
+        (0..count).map(move |k| {
+            let mut some = || 0.5 * number();
+            let (g, h) = (HALVES[k % 4], HALVES[k / 4 % 4]);
+            let hardly = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10][k / 240 % 5];
+            let turn = match k / 16 % 5 {
+                // all axes alike, about one axis, hardly turned, and any
+                0 => Quaternion::IDENTITY,
+                1 => Quaternion::from_axis_angle(vec3(0.0, 0.0, 1.0), 6.0 * some()),
+                2 => Quaternion::about(vec3(hardly * some(), hardly * some(), hardly * some())),
+                3 => Quaternion::about(vec3(6.0 * some(), 1e-6 * some(), 0.0)),
+                _ => Quaternion::about(vec3(6.0 * some(), 6.0 * some(), 6.0 * some())),
+            };
+            let reach = 1.3 * (vec3(g[0], g[1], g[2]).norm() + vec3(h[0], h[1], h[2]).norm());
+            let mut at = vec3(reach * some(), reach * some(), reach * some());
+            if k % 3 == 0 {
+                // a face at a face's level
+                let axis = k % 9 / 3;
+                at[axis] =
+                    (g[axis] + h[axis]) * at[axis].signum() + if k % 2 == 0 { 0.0 } else { 0.05 * some() };
+            }
+            let origin = vec3(9.0 * some(), 9.0 * some(), 9.0 * some());
+            let base = Quaternion::about(vec3(6.0 * some(), 6.0 * some(), 6.0 * some()));
+            let own = Pose::new(origin, base);
+            let place = own.compose(&Pose::new(at, turn));
+            let core = |k: usize| SpatialCore::Polytope(Arc::clone(&solids[k % 4]));
+            let radii = if k % 7 == 0 { [0.1, 0.03] } else { [0.0; 2] };
+            let margin = [0.2, 0.02, 0.05][k / 80 % 3];
+            Case { cores: [core(k), core(k / 4)], radii, poses: [own, place], margin }
+        })
+    }
+
+    /// What general cores of space have.
+    fn of_any_cores(case: &Case) -> Option<(f64, Vec3, Touches<Spatial>)> {
+        let [a, b] = &case.cores;
+        let place = case.poses[0].inverse().compose(&case.poses[1]);
+        let reach = case.margin + case.radii[0] + case.radii[1];
+        let found = Spatial::separation(a, b, &place, f64::INFINITY, &mut Guess::default())?;
+        let mut touches = Touches::<Spatial>::default();
+        Spatial::manifold(a, b, &place, &found, true, reach, &mut touches);
+        Some((found.gap, case.poses[0].rotation.rotate(found.normal), touches))
+    }
+
     #[test]
-    fn every_processor_finds_the_same_bits() {
-        let cores = [[0.5, 0.5, 0.5], [0.3, 0.2, 0.6], [4.0, 4.0, 0.5]]
-            .map(|half| SpatialCore::Polytope(Arc::new(Polytope::cuboid(half))));
-        let mut points = 0;
-        for a in &cores {
-            for b in &cores {
-                for k in 0..200 {
-                    let x = f64::from(k);
-                    let turn = Quaternion::about(vec3(
-                        0.01 * x,
-                        (0.37 * x) % 1.0,
-                        if k % 3 == 0 { 0.0 } else { 0.7 },
-                    ));
-                    let place = vec3((0.13 * x) % 0.6, (0.29 * x) % 0.5, 0.6 + (0.07 * x) % 0.5);
-                    let (pose, origin) = (Pose::new(place, turn), Pose::default());
-                    let (own, other) = (
-                        Swept { core: a, radius: 0.0, pose: &pose },
-                        Swept { core: b, radius: 0.1, pose: &origin },
+    fn four_pairs_are_what_each_is_alone_on_every_processor() {
+        let cases: Vec<Case> = cases(4000).collect();
+        let (mut points, mut alone) = (Vec::new(), Vec::new());
+        for some in cases.chunks(ABREAST) {
+            let pairs: Vec<Beside<'_, Spatial>> = some.iter().map(Case::pair).collect();
+            points.clear();
+            let told = contacts(&pairs, &mut points);
+            let mut first = 0;
+            for (k, pair) in pairs.iter().enumerate() {
+                alone.clear();
+                let [own, ..] = contacts(&[*pair], &mut alone);
+                assert_eq!(points[first..told[k].end], alone);
+                assert_eq!(told[k].apart, own.apart);
+                first = told[k].end;
+            }
+            let records = four_of(&pairs, record).expect("pairs");
+            let (mut other, mut plain) = ([Told::nothing(0); ABREAST], Vec::new());
+            let overlaps = &mut Overlaps::default();
+            Portable.run(Tell {
+                pairs: &pairs,
+                records: &records,
+                overlaps,
+                told: &mut other,
+                out: &mut plain,
+            });
+            assert_eq!(points, plain);
+            assert_eq!(told[..pairs.len()], other[..pairs.len()]);
+        }
+    }
+
+    /// Who solves points in turn moves as their order says: a heavy block sank deeper when it was another.
+    #[test]
+    fn points_of_boxes_face_to_face_come_in_the_order_of_other_cores() {
+        let shifts = [[0.5, 0.0], [-0.5, 0.0], [0.02, 0.03], [-0.02, 0.03], [0.02, -0.03], [-0.02, -0.03]];
+        for (axis, k) in (0..3).flat_map(|axis| (0..24).map(move |k| (axis, k))) {
+            let mut at = Vec3::ZERO;
+            let [x, y] = shifts[k % 6];
+            (at[(axis + 1) % 3], at[(axis + 2) % 3]) = (x, y);
+            at[axis] = if k < 12 { 0.9999 } else { -1.0001 };
+            let (pose, origin) = (Pose::new(at, Quaternion::IDENTITY), Pose::default());
+            let cube = || SpatialCore::Polytope(Arc::new(Polytope::cuboid([0.5; 3])));
+            let poses = if k / 6 % 2 == 0 { [pose, origin] } else { [origin, pose] };
+            let case = Case { cores: [cube(), cube()], radii: [0.0; 2], poses, margin: 0.01 };
+            let mut points = Vec::new();
+            contacts(&[case.pair()], &mut points);
+            let (_, _, touches) = of_any_cores(&case).expect("a direction");
+            let names: Vec<u64> = touches.iter().map(|t| mix(mix(0, 0), t.label.code())).collect();
+            assert_eq!(names.len(), 4);
+            assert_eq!(points.iter().map(|p| p.feature).collect::<Vec<_>>(), names, "{poses:?}");
+        }
+    }
+
+    #[test]
+    fn four_points_go_around_their_patch() {
+        let corners = [vec2(0.0, 0.0), vec2(1.0, 0.1), vec2(1.1, 1.0), vec2(0.0, 0.9)];
+        for order in [[0, 1, 2, 3], [0, 2, 1, 3], [0, 1, 3, 2], [2, 0, 1, 3], [3, 1, 2, 0]] {
+            let mut points = order.map(|k| corners[k]);
+            if let Some(k) = out_of_turn(points) {
+                points.swap(k, k + 1);
+            }
+            assert_eq!(out_of_turn(points), None, "{order:?}");
+        }
+    }
+
+    /// Boxes all but aligned lost their points, one pair in 7,000: edges without a direction across them left the corners to tell.
+    #[test]
+    fn boxes_touch_where_any_cores_of_their_form_do() {
+        let (mut apart, mut near, mut deep, mut other) = (0, 0, 0, 0);
+        for (k, case) in cases(400_000).enumerate() {
+            let mut points = Vec::new();
+            let [told, ..] = contacts(&[case.pair()], &mut points);
+            let (gap, normal, touches) = of_any_cores(&case).expect("a direction");
+            let gap = gap - case.radii[0] - case.radii[1];
+            let context =
+                || format!("case {k}: {gap:e} {normal:?}, {} touches, {points:#?} {told:?}", touches.len());
+            assert!(told.apart <= gap + 1e-9, "{}", context());
+            if points.is_empty() {
+                let beyond = case.margin - 1e-9;
+                assert!(gap > beyond && told.apart > beyond, "{}", context());
+                apart += 1;
+                continue;
+            }
+            let deepest = points.iter().fold(f64::INFINITY, |m, p| m.min(p.gap));
+            assert!((deepest - gap).abs() < 1e-7 && points.len() <= 4, "{}", context());
+            *if gap > 0.0 { &mut near } else { &mut deep } += 1;
+            other += usize::from(points.len() != touches.len());
+            for p in &points {
+                // both surfaces are half the gap away from the point, but for a few times what counts as inside
+                for (side, sign) in [(0, 0.5), (1, -0.5)] {
+                    let pose = &case.poses[side];
+                    let half = half_of(&case.cores[side]).expect("a box");
+                    let at = pose.rotation.unrotate(p.point + p.normal * (sign * p.gap) - pose.position);
+                    let outside = Vec3::from_fn(|c| (at[c].abs() - half[c]).max(0.0)).norm();
+                    assert!(
+                        outside - case.radii[side] < 3.0 * SAME_SIDE * case.scale(),
+                        "{outside} {}",
+                        context()
                     );
-                    let (mut one, mut all) = (Vec::new(), Vec::new());
-                    let mut apart = [f64::NEG_INFINITY; 2];
-                    let boxes = || Boxes::of([&own, &other], 0.1).expect("boxes");
-                    let [of_one, of_all] = &mut apart;
-                    dispatch(Tell { boxes: boxes(), apart: of_one, out: &mut one });
-                    Portable.run(Tell { boxes: boxes(), apart: of_all, out: &mut all });
-                    assert_eq!(one, all);
-                    assert_eq!(apart[0], apart[1]);
-                    let found = Pair::new(own.core, other.core, &own.pose.inverse().compose(other.pose))
-                        .separation(9.0);
-                    let distance = found.map_or(f64::INFINITY, |found| found.gap);
-                    assert!(apart[0] <= distance + 1e-9, "{apart:?} of {distance}");
-                    points += one.len();
                 }
             }
         }
-        assert!(points > 1000);
+        assert!(apart > 30_000 && near > 30_000 && deep > 30_000, "{apart} {near} {deep}");
+        // as many points, but where a hair decides
+        assert!(other < 40, "{other} of {}", near + deep);
     }
 }
