@@ -242,8 +242,8 @@ pub struct Settings<S: Space> {
     /// Choices of the scheme `soft_step`.
     #[serde(default)]
     pub soft: SoftSettings,
-    /// The solver of contact problems. Default the scheme's: `nncg` for fixed steps, under which a stack twice as tall comes to rest
-    /// as under `pgs`, `exact` for events, for soft steps springs with a sweep each; there `pgs` and `nncg` sweep rigid contacts.
+    /// The solver of contact problems. Default the scheme's: `nncg` for fixed steps, under which taller stacks come to rest than
+    /// under `pgs`, `exact` for events, for soft steps springs with a sweep each; there `pgs` and `nncg` sweep rigid contacts.
     pub solver: Option<SolverKind>,
     /// Most iterations per solve \[1\]. Default 100. In `soft_step` with a solver: sweeps of a substep before the bodies move, and as
     /// many after, all of which are taken. `exact` takes no more sweeps, but where a thousand

@@ -8,26 +8,27 @@ use crate::methods::first_order::{Budget, End, FirstOrder, Judge, Memory, Method
 use crate::watch::Watch;
 
 /// The direction is forgotten when the squared gradient grows by more than this. At 1, as published, small growth that
-/// is no failure restarts too often: ten cubes take 2,528 sweeps to 1e-8 g h instead of 1,888.
+/// is no failure restarts too often: ten cubes took 2,528 sweeps to 1e-8 g h instead of 1,888, when the first point within it was the end.
 const RESTART: f64 = 2.0;
 /// Plain sweeps at the end of a budget, as a share of it and at most: along its directions errors alternate from contact to contact, and
-/// sweeps even them out. A pyramid of fifty rows is solved a hundred times as well in sixty iterations.
+/// sweeps even them out (ADR 19).
 const LAST: (usize, usize) = (4, 32);
 /// Smaller budgets have none: each of their iterations leads on, so that more of them are never worse than fewer.
 const FEW: usize = 50;
 /// Sweeps between two looks at the residual and at the watch, once sweeps are many.
 const LOOK: usize = 16;
 
-/// The accelerated sweep. Its last iterations are plain sweeps, and as in `pgs` one that does little has the last word: of few contacts
-/// it solves all but exactly what the step before left within the tolerance.
+/// The accelerated sweep. One that settles ends with plain sweeps, and as in `pgs` one that does little has the last word: of few
+/// contacts it solves all but exactly what the step before left within the tolerance.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Nncg;
+pub struct Accelerated<const SETTLES: bool>;
 
+/// The method that is chosen.
+pub type Nncg = Accelerated<true>;
 /// The same as a stage of other methods, which take over where the tolerance is met.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NncgStage;
+pub type NncgStage = Accelerated<false>;
 
-impl Method for Nncg {
+impl<const SETTLES: bool> Method for Accelerated<SETTLES> {
     const NAME: &'static str = "nncg";
     const STAGE: &'static str = "conjugate gradients";
 
@@ -38,40 +39,11 @@ impl Method for Nncg {
         memory: &mut Memory<F::Point>,
         watch: &mut Watch,
     ) -> End {
-        Accelerated { form, budget, settles: true }.run(at, memory, watch)
-    }
-}
-
-impl Method for NncgStage {
-    const NAME: &'static str = Nncg::NAME;
-    const STAGE: &'static str = Nncg::STAGE;
-
-    fn run<F: FirstOrder>(
-        form: &F,
-        budget: &Budget,
-        at: &mut F::Point,
-        memory: &mut Memory<F::Point>,
-        watch: &mut Watch,
-    ) -> End {
-        Accelerated { form, budget, settles: false }.run(at, memory, watch)
-    }
-}
-
-/// What is solved, and whether it ends with plain sweeps and one that does little.
-struct Accelerated<'a, F> {
-    form: &'a F,
-    budget: &'a Budget,
-    settles: bool,
-}
-
-impl<F: FirstOrder> Accelerated<'_, F> {
-    fn run(self, at: &mut F::Point, memory: &mut Memory<F::Point>, watch: &mut Watch) -> End {
-        let Accelerated { form, budget, settles } = self;
         let Memory { best, before, ahead: direction } = memory;
-        let mut judge = Judge::new(form, Nncg::STAGE, at, best, watch);
+        let mut judge = Judge::new(form, Self::STAGE, at, best, watch);
         let mut end = End { iterations: 0, interrupted: false };
-        let (mut length_before, mut settled) = (0.0, !settles);
-        let plain = settles && budget.iterations >= FEW;
+        let (mut length_before, mut settled) = (0.0, !SETTLES);
+        let plain = SETTLES && budget.iterations >= FEW;
         let last = if plain { (budget.iterations / LAST.0).min(LAST.1) } else { 0 };
         direction.copy_from(at);
         while end.iterations < budget.iterations && !(settled && judge.residual <= budget.tolerance) {
@@ -84,7 +56,7 @@ impl<F: FirstOrder> Accelerated<'_, F> {
             let k = end.iterations;
             let look = k.is_multiple_of(LOOK) || k.is_power_of_two() || k == budget.iterations;
             let small = change <= budget.small_change;
-            settled = small || !settles;
+            settled = small || !SETTLES;
             if look || small {
                 if !F::SWEEPS_KEEP_VELOCITIES || look {
                     form.refresh(at);
