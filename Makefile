@@ -69,8 +69,11 @@ demo: $(VENV)/package
 
 test: test-rust test-python test-player
 
+# without examples and programs, of which each would compile the generic engine anew; their lints are part of `make check`
+RUST_TESTS := --locked --workspace --exclude carom-python
 test-rust:
-	$(CARGO) test --locked --workspace --exclude carom-python
+	$(CARGO) test $(RUST_TESTS) --tests
+	$(CARGO) test $(RUST_TESTS) --doc
 
 test-python: $(VENV)/package
 	$(BIN)/python -m pytest
@@ -137,7 +140,7 @@ bench-player: $(VENV)/package player/node_modules/made
 # what `make test` leaves out for its length; LAWS names some of them, as `make laws LAWS=kapla`
 LAWS ?=
 laws:
-	$(CARGO) test --release --locked --package carom-tests --test cases -- --ignored --nocapture --test-threads=2 $(LAWS)
+	$(CARGO) test --release --locked --package carom-tests --test all -- --ignored --nocapture --test-threads=2 --skip laws:: $(LAWS)
 
 check: $(VENV)/tools check-player
 	$(CARGO) fmt --all --check

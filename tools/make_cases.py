@@ -29,6 +29,7 @@ TEST_FILES = [
     "tests/laws/*.rs",
     "tests/cases/*.rs",
     "tests/stories/*.rs",
+    "tests/scenes/*.rs",
     "crates/*/tests/**/*.rs",
     "python/tests/test_*.py",
 ]

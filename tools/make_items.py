@@ -60,7 +60,13 @@ ITEMS: list[tuple[str, str]] = [
     ("particles and rigid bodies", "crates/world/src/body.rs"),
 ]
 
-TEST_FILES = ["tests/laws/*.rs", "tests/stories/*.rs", "crates/*/tests/*.rs", "python/tests/test_*.py"]
+TEST_FILES = [
+    "tests/laws/*.rs",
+    "tests/stories/*.rs",
+    "tests/scenes/*.rs",
+    "crates/*/tests/*.rs",
+    "python/tests/test_*.py",
+]
 
 
 def numbers(text: str) -> set[int]:

@@ -577,7 +577,7 @@ withPage(
 
 withPage("the solver that a scheme chose has its name", "plane.html", {}, async (page) => {
   await page.getByRole("tab", { name: "Certificate" }).click();
-  assert.match(await page.locator(".certificate").innerText(), /solver\s+pgs\s+impact law\s+newton/);
+  assert.match(await page.locator(".certificate").innerText(), /solver\s+nncg\s+impact law\s+newton/);
 });
 
 withPage("a slider keeps its keys, and the page has the others", "plane.html", {}, async (page) => {

@@ -1,7 +1,7 @@
 //! Motion along curved ways: cases C21 on the frictionless floor and C23. Places err by the square of the step, gaps
 //! between balls and energies by rounding (theory 8.2).
 
-use crate::events;
+use crate::cases::events;
 use crate::harness::*;
 use carom::{BodySpec, Column, MassProperties, Rotation, World};
 use std::f64::consts::{FRAC_PI_2, PI};

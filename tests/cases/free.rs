@@ -1,7 +1,7 @@
 //! Bodies that nothing touches: cases C1, C2, C3 and C5. The scheme turns a body in two halves of a flow.
 
+use crate::cases::{events, without_weight};
 use crate::harness::*;
-use crate::{events, without_weight};
 use carom::{
     BodySpec, Column, Integrator, MassProperties, Planar, Quaternion, Rotation, Settings, Spatial, Sym3,
     Vec3, World, vec1, vec3,

@@ -1,7 +1,7 @@
 //! Friction with known answers: cases C14, C16, C17, C19, C20 and C22. Slips that stop inside a step do so at their
 //! moment, so that nothing here depends on the step. Cases C15 and C18 stand in `tests/laws/events.rs`.
 
-use crate::events;
+use crate::cases::events;
 use crate::harness::scenes::{Wedge, block_on_wedge};
 use crate::harness::*;
 use carom::{BodySpec, Column, Mixing, Rotation, Settings, Spatial, SpatialShape, World, vec3};

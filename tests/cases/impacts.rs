@@ -1,8 +1,8 @@
 //! Impacts of several bodies: cases C9 to C13, each by every law that it names, and the longest bouncing of case C6.
 //! The rest of C6, C7 and C12 stand in `tests/laws/events.rs`.
 
+use crate::cases::{events, without_weight};
 use crate::harness::*;
-use crate::{events, without_weight};
 use carom::{BodySpec, Column, ImpactLaw, Settings, World};
 
 in_plane_and_space!(

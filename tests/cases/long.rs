@@ -1,13 +1,13 @@
 //! Long laws: minutes, so they are ignored by `cargo test` and run by `make laws`, which also shows how far each is.
 //! Each has a twin that is not ignored: the test that its comment names.
 
-use crate::curved::bowl;
-use crate::events;
-use crate::free::off_unit_length;
+use crate::cases::curved::bowl;
+use crate::cases::events;
+use crate::cases::free::off_unit_length;
+use crate::cases::statics::{by_events, farthest};
+use crate::cases::systems::momenta_stay;
 use crate::harness::scenes::tower_of_planks;
 use crate::harness::*;
-use crate::statics::{by_events, farthest};
-use crate::systems::momenta_stay;
 use carom::{BodySpec, Column, Planar, Settings, Spatial, World, World3, vec3};
 use carom_scenes::{simbenchmark, stacking};
 

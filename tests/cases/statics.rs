@@ -1,6 +1,6 @@
 //! What stands, and what it presses with: cases C24 to C30. What stands does so to rounding: nothing creeps.
 
-use crate::events;
+use crate::cases::events;
 use crate::harness::scenes::{overhanging_bricks, tower_of_planks};
 use crate::harness::*;
 use carom::{

@@ -3,8 +3,8 @@
 //! rounding starts on the floor.
 //! A ball with I = k m R^2 on a floor, u = v + R w: v' = v - (1 + e_t) k u/(1 + k), R w' = R w - (1 + e_t) u/(1 + k).
 
+use crate::cases::{events, without_weight};
 use crate::harness::*;
-use crate::{events, without_weight};
 use carom::{BodySpec, Column, ImpactLaw, MaterialPair, Mixing, Scheme, Settings, Spatial, World, vec3};
 
 in_plane_and_space!(

@@ -1,8 +1,8 @@
 //! Many bodies: cases C31 to C33.
 
+use crate::cases::{events, without_weight};
 use crate::harness::scenes::elastic_gas;
 use crate::harness::*;
-use crate::{events, without_weight};
 use carom::{BodySpec, Column, World};
 
 in_plane_and_space!(

@@ -287,7 +287,7 @@ pub fn a_certificate_tells_what_the_report_tells<S: Dimension>() {
 /// Delta T = 1/2 x^T (u+ + u-) whatever the impulses are, moving obstacles included; and the cone and the residual
 /// tell that they are none of the law's.
 pub fn a_certificate_holds_the_energy_identity_for_any_impulses<S: Dimension>() {
-    let mut w = crate::determinism::heap::<S>(Settings::default());
+    let mut w = crate::laws::determinism::heap::<S>(Settings::default());
     settle(&mut w, 1.5);
     let (problem, impulses, _) = w.last_problem();
     assert!(problem.contacts.len() > 5);

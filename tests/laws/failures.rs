@@ -1,8 +1,8 @@
 //! A failed step names the body and leaves every bit of the world as it was; wrong input is refused where it
 //! enters, with body, field, value and remedy.
 
-use crate::determinism::heap;
 use crate::harness::*;
+use crate::laws::determinism::heap;
 use carom::{
     BodySpec, Column, MassProperties, MassSource, Motion, Settings, SolverKind, StepError, World, Wrench,
 };

@@ -3,9 +3,9 @@
 //! so that beside it stand tests of places and of overlaps. Both schemes; runs of ten thousand steps are ignored
 //! unless asked for, each with a short twin.
 
-use crate::determinism::heap;
 use crate::harness::*;
-use crate::ledger::brawl;
+use crate::laws::determinism::heap;
+use crate::laws::ledger::brawl;
 use carom::{
     BodySpec, Column, GroupReport, Integrator, LedgerGroup, MomentumLedger, Motion, PositionCorrection,
     Scheme, Settings, SolverKind, Spatial, World, Wrench,

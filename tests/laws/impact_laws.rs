@@ -2,8 +2,8 @@
 //! touch, with nothing left to approach afterwards. The guide's table is computed here and must be the page's.
 
 use crate::harness::*;
-use crate::impacts::stacked;
-use crate::systems::{row, speeds, table};
+use crate::laws::impacts::stacked;
+use crate::laws::systems::{row, speeds, table};
 use carom::geometry::MassProperties;
 use carom::impact::{Impacts, Thresholds, Watched};
 use carom::{

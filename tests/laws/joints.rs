@@ -100,7 +100,7 @@ pub fn a_body_on_a_joint_keeps_its_gap_and_its_energy_in_a_band<S: Dimension>() 
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release -p carom-tests --test laws -- --ignored a_million"]
+#[ignore = "minutes: cargo test --release -p carom-tests --test all -- --ignored a_million"]
 fn a_million_steps_on_a_joint_keep_the_band() {
     band_of_energy(swinging::<Spatial>(Scheme::Events, 1e-3), 1_000_000, "a million steps");
 }

@@ -2,8 +2,8 @@
 //! correction; signs of its lines; case C31 (theory section 6.3). Closure is an identity, so it is tried where
 //! solves fail, too; that the motion is right is other files' matter.
 
-use crate::determinism::heap;
 use crate::harness::*;
+use crate::laws::determinism::heap;
 use carom::{
     BodySpec, Column, FrictionLaw, ImpactLaw, Integrator, Mixing, Motion, PositionCorrection, Settings,
     SolverKind, StepReport, World, Wrench,

@@ -2,7 +2,7 @@
 //! they keep too, and stand where springs sag.
 
 use crate::harness::*;
-use crate::soft_step::{stack, two_balls_keep_their_momentum};
+use crate::laws::soft_step::{stack, two_balls_keep_their_momentum};
 use carom::{BodySpec, Column, OnInaccurate, Scheme, Settings, SoftSettings, SolverKind, World};
 
 in_plane_and_space!(

@@ -1,7 +1,7 @@
 //! Snapshots restore the trajectory, warm starts included, bit for bit.
 
-use crate::determinism::heap;
 use crate::harness::*;
+use crate::laws::determinism::heap;
 use carom::{BodySpec, BuildError, Column, Planar, Scheme, Settings, Spatial, World, Wrench};
 
 in_plane_and_space!(

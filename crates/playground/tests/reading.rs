@@ -1,6 +1,6 @@
 //! The reader of scene files and the page's requests, natively.
 
-use carom::{Column, Rotation};
+use carom::{Column, Rotation, Turn};
 use carom_playground::page::Page;
 use carom_playground::scene::{self, AnyWorld};
 use serde_json::{Map, Value, json};
@@ -134,5 +134,38 @@ scatter = { position = [0.1, 0.2, 0.0], rotation = 0.3, seed = 5 }
         assert_eq!(motion.position[k].as_slice(), positions[k]);
         let apart = motion.rotation[k].as_slice().iter().zip(rotations[k]).map(|(a, b)| (a - b).abs());
         assert!(apart.fold(0.0, f64::max) < 3e-16, "{:?}", motion.rotation[k]);
+    }
+}
+
+/// What numpy.random.default_rng([seed, zlib.crc32(name.encode())]) draws: uniform(-1, 1, 3); in the plane uniform(-1, 1, 2) and
+/// uniform(-.3, .3).
+#[test]
+fn the_numbers_of_scatter_are_those_of_numpy() {
+    let told: [(u64, &str, [f64; 3], f64); 3] = [
+        (0, "ball", [-0.6626682573505525, 0.013307099730727634, 0.6431565908249077], 0.19294697724747228),
+        (7, "cube-{n}", [-0.8955957172692028, 0.8323452650531362, 0.27059202437381824], 0.08117760731214546),
+        (
+            (1 << 33) + 5,
+            "stone",
+            [-0.7131118015714508, -0.7452858818908772, 0.29461419776165565],
+            0.0883842593284967,
+        ),
+    ];
+    for (seed, name, numbers, angle) in told {
+        let text = |space: &str, scatter: Value| {
+            let ball = json!({ "type": if space == "planar" { "circle" } else { "sphere" }, "radius": 1.0 });
+            let body = json!({ "name": name, "shape": ball, "density": 1.0, "scatter": scatter });
+            json!({ "schema_version": 1, "space": space, "body": [body] }).to_string()
+        };
+        let read = |text: &str| scene::read(text, &Map::new(), &scene::mesh::Files::new()).unwrap().0;
+        let world = read(&text("spatial", json!({ "position": [1, 1, 1], "seed": seed })));
+        let AnyWorld::Spatial(world) = world else { panic!("a world of space") };
+        assert_eq!(world.bodies().motion.position[0].as_slice(), numbers, "{name}");
+        let world = read(&text("planar", json!({ "position": [1, 1], "rotation": 0.3, "seed": seed })));
+        let AnyWorld::Planar(world) = world else { panic!("a world of the plane") };
+        let motion = &world.bodies().motion;
+        assert_eq!(motion.position[0].as_slice(), &numbers[..2], "{name}");
+        let turned = Turn::from_angle(angle);
+        assert_eq!(motion.rotation[0].as_slice(), turned.as_slice(), "{name}");
     }
 }

@@ -5,6 +5,7 @@ mod common;
 
 mod alone;
 mod complementarity;
+mod contact;
 mod file_and_check;
 mod first_order;
 mod friction;

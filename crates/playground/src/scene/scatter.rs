@@ -146,33 +146,3 @@ fn crc32(bytes: &[u8]) -> u32 {
         (0..8).fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg()))
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_numbers_are_those_of_numpy() {
-        // numpy.random.default_rng([seed, zlib.crc32(name.encode())]): uniform(-1, 1, 3) and uniform(-.3, .3)
-        let told: [(u64, &str, [f64; 4]); 3] = [
-            (0, "ball", [-0.6626682573505525, 0.013307099730727634, 0.6431565908249077, 0.2597781971551106]),
-            (
-                7,
-                "cube-{n}",
-                [-0.8955957172692028, 0.8323452650531362, 0.27059202437381824, -0.23231217902331286],
-            ),
-            (
-                (1 << 33) + 5,
-                "stone",
-                [-0.7131118015714508, -0.7452858818908772, 0.29461419776165565, 0.18332257308093386],
-            ),
-        ];
-        for (seed, name, numbers) in told {
-            let mut generator = Pcg64::of(&[seed, u64::from(crc32(name.as_bytes()))]);
-            for (k, number) in numbers.into_iter().enumerate() {
-                let reach = if k < 3 { 1.0 } else { 0.3 };
-                assert!(generator.uniform(-reach, reach).to_bits() == number.to_bits(), "{name} {k}");
-            }
-        }
-    }
-}

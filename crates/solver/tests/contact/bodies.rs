@@ -2,9 +2,9 @@
 //! law as printed, formed dense from A and b; what it does not solve it refuses in words, with finite impulses inside
 //! the cones.
 
-use crate::judge::{dense_law, noise};
-use crate::scenes::{KINDS, structure};
-use crate::solvers::assembled;
+use crate::contact::judge::{dense_law, noise};
+use crate::contact::scenes::{KINDS, structure};
+use crate::contact::solvers::assembled;
 use carom_math::{Column, Space};
 use carom_solver::{ContactProblem, Impulses, Outcome, SolveSettings, SolverKind, Stop};
 

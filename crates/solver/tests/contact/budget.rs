@@ -1,6 +1,6 @@
 //! A budget of factorisations ends the solve where it ends, with the best that was seen and a stop that says so.
 
-use crate::scenes::*;
+use crate::contact::scenes::*;
 use carom_math::Space;
 use carom_solver::{
     ContactProblem, Content, ImpulseChoice, Impulses, SolveSettings, SolverKind, Stop, Twist, residual,

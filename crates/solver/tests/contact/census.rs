@@ -2,12 +2,12 @@
 //! well posed where velocities exist that part every contact faster than friction asks (strict feasibility), which
 //! is enough for a solution to exist.
 
-use crate::certified::settings;
-use crate::judge::errors;
-use crate::oracle::strict_feasibility;
-use crate::random::{Family, known};
-use crate::scenes::{KINDS, structure};
-use crate::solvers::{assembled, candidates, solve_matrix};
+use crate::contact::certified::settings;
+use crate::contact::judge::errors;
+use crate::contact::oracle::strict_feasibility;
+use crate::contact::random::{Family, known};
+use crate::contact::scenes::{KINDS, structure};
+use crate::contact::solvers::{assembled, candidates, solve_matrix};
 use carom_math::{Planar, Spatial};
 use carom_solver::{FrictionProblem, Measure};
 

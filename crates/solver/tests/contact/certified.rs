@@ -2,9 +2,9 @@
 //! does not solve it returns with a reason, and with numbers inside the cones. On thousands of random problems,
 //! on problems without a solution, and on problems with nothing in them.
 
-use crate::judge::{errors, noise};
-use crate::random::{Family, Known, beside, hopeless, known, nothing_to_do};
-use crate::solvers::{candidates, solve_matrix};
+use crate::contact::judge::{errors, noise};
+use crate::contact::random::{Family, Known, beside, hopeless, known, nothing_to_do};
+use crate::contact::solvers::{candidates, solve_matrix};
 use carom_solver::{FrictionOutcome, FrictionProblem, FrictionSettings, Progress};
 
 /// Budgets that no problem here needs and that end every loop.

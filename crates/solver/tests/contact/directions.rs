@@ -3,8 +3,8 @@
 //! 1e-6 degrees by the accurate methods, under 0.1 degrees by the sweeps at their ordinary setting.
 
 use crate::common::*;
-use crate::scenes::{FALL, Scene, at, leaning_brick};
-use crate::solvers::{exact_methods, solve_best};
+use crate::contact::scenes::{FALL, Scene, at, leaning_brick};
+use crate::contact::solvers::{exact_methods, solve_best};
 use carom_math::{Column, Spatial, Vec3, vec3};
 use carom_solver::{ContactProblem, Impulses, SolveSettings, SolverKind, Twist};
 

@@ -2,8 +2,8 @@
 //! matrix form, of each island, and nothing of what is solved, cut short, or asked for nothing.
 
 use crate::common::*;
-use crate::scenes::*;
-use crate::solvers::assembled;
+use crate::contact::scenes::*;
+use crate::contact::solvers::assembled;
 use carom_math::{Column, Space};
 use carom_solver::exact::strict_feasibility;
 use carom_solver::{ContactProblem, Impulses, Outcome, SolveSettings, SolverKind, Stop};

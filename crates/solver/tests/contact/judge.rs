@@ -2,7 +2,7 @@
 //! the library. Knows no solver.
 
 use crate::common::Random;
-use crate::random::{Family, known};
+use crate::contact::random::{Family, known};
 use carom_solver::{FrictionProblem, measure};
 
 /// How far impulses are from solving a problem, by the definitions of `Measure`.

@@ -2,9 +2,9 @@
 //! where a solver does not look for them.
 
 use crate::common::*;
-use crate::scenes::*;
-use crate::solvers::{assembled, solve_matrix};
-use crate::symmetry::shuffled;
+use crate::contact::scenes::*;
+use crate::contact::solvers::{assembled, solve_matrix};
+use crate::contact::symmetry::shuffled;
 use carom_math::{Column, Space, Spatial};
 use carom_solver::exact::Exact;
 use carom_solver::{

@@ -2,8 +2,8 @@
 //! forces; the same in every order and from every start.
 
 use crate::common::*;
-use crate::scenes::*;
-use crate::symmetry::shuffled;
+use crate::contact::scenes::*;
+use crate::contact::symmetry::shuffled;
 use carom_math::{Column, Space, Spatial};
 use carom_solver::{
     BoundedRow, Contact, ContactProblem, FrictionLaw, Impulse, ImpulseChoice, Impulses, Outcome, Resistance,

@@ -1,8 +1,8 @@
 //! What exact solves beside contacts with Coulomb's disc: bounded rows, rolling and spinning friction, box friction.
 
 use crate::common::*;
-use crate::mixed_oracle::strict_feasibility;
-use crate::scenes::*;
+use crate::contact::mixed_oracle::strict_feasibility;
+use crate::contact::scenes::*;
 use carom_math::{Column, Space};
 use carom_solver::{
     BoundedRow, ContactProblem, FrictionLaw, Impulses, Outcome, Resistance, SolveSettings, SolverKind, Stop,

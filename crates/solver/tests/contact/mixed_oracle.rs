@@ -1,6 +1,6 @@
 //! Whether a problem with rows and moments must have a solution, from a cone program given to clarabel.
 
-use crate::oracle::{columns, minimum};
+use crate::contact::oracle::{columns, minimum};
 use carom_math::Space;
 use carom_solver::delassus::delassus;
 use carom_solver::prepared::Prepared;

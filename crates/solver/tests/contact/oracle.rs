@@ -3,8 +3,8 @@
 //! the minimum of r^T W r / 2 + (q + s n)^T r over the friction cones; the loop repeats it with the s of its
 //! velocities. Where the loop does not settle it says so: the answer is certified or refused like any other.
 
-use crate::judge;
-use crate::random::{Family, known};
+use crate::contact::judge;
+use crate::contact::random::{Family, known};
 use carom_solver::{
     FrictionOutcome, FrictionProblem, FrictionSettings, FrictionSolver, Progress, Stage, Watch, measure,
 };
@@ -286,7 +286,7 @@ fn strict_feasibility_is_positive_where_w_is_regular_and_not_where_nothing_solve
         assert!(t > 0.9, "{:?}: {t}", k.name);
     }
     for d in 1..4 {
-        for (what, problem) in crate::random::hopeless(d) {
+        for (what, problem) in crate::contact::random::hopeless(d) {
             let t = strict_feasibility(&problem);
             assert!(t < -0.05, "{what}, dimension {d}: {t}");
         }
@@ -302,7 +302,7 @@ fn strict_feasibility_agrees_with_the_oracle() {
     let known = families.into_iter().flat_map(|f| {
         (0..12).map(move |seed| known(f, 1 + seed as usize % 3, 2 + seed as usize, seed).problem)
     });
-    let hopeless = (1..4).flat_map(|d| crate::random::hopeless(d).into_iter().map(|p| p.1));
+    let hopeless = (1..4).flat_map(|d| crate::contact::random::hopeless(d).into_iter().map(|p| p.1));
     for problem in known.chain(hopeless) {
         let theirs = strict_feasibility(&problem);
         let own = carom_solver::exact::strict_feasibility(&problem);
@@ -313,7 +313,7 @@ fn strict_feasibility_agrees_with_the_oracle() {
         }
     }
     assert!(told.iter().all(|&n| n >= 6), "{told:?}");
-    let (_, walls) = crate::random::hopeless(3).swap_remove(0);
+    let (_, walls) = crate::contact::random::hopeless(3).swap_remove(0);
     let t = carom_solver::exact::strict_feasibility(&walls).expect("a bound");
     assert!((t + 1.0).abs() < 1e-6, "two walls that approach at 1 m/s each: {t}");
 }

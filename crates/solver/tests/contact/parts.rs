@@ -1,9 +1,9 @@
 //! Matrices that fall into parts: each part is solved as though it were alone, and the whole is what was asked for.
 
-use crate::certified::settings;
-use crate::judge::errors;
-use crate::random::{Family, beside, from_dense, hopeless, known};
-use crate::solvers::solve_matrix;
+use crate::contact::certified::settings;
+use crate::contact::judge::errors;
+use crate::contact::random::{Family, beside, from_dense, hopeless, known};
+use crate::contact::solvers::solve_matrix;
 use carom_solver::exact::Exact;
 use carom_solver::{FrictionProblem, FrictionSettings, FrictionSolver};
 

@@ -1,8 +1,8 @@
 //! The solvers under test and what each is held to: the one place where a new solver enters. A problem made of
 //! bodies goes to both kinds: to solvers of contact problems as it is, to solvers in matrix form assembled.
 
-use crate::judge::errors;
-use crate::oracle::Oracle;
+use crate::contact::judge::errors;
+use crate::contact::oracle::Oracle;
 use carom_math::Space;
 use carom_solver::delassus::{delassus, right_hand_side};
 use carom_solver::{

@@ -2,8 +2,8 @@
 //! space. A method is asked for the most digits that it certifies and held to what that means for loads.
 
 use crate::common::*;
-use crate::scenes::*;
-use crate::solvers::{Method, accurate_methods, rest, solve_best};
+use crate::contact::scenes::*;
+use crate::contact::solvers::{Method, accurate_methods, rest, solve_best};
 use carom_math::{Column, Space, Spatial};
 use carom_solver::{ContactProblem, Impulses};
 

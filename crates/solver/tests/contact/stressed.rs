@@ -2,9 +2,9 @@
 //! sideways, under random impulses and with other friction. A small twin of the benchmark's stress families.
 
 use crate::common::{Random, moving};
-use crate::random::compressed;
-use crate::scenes::{at, stack, structure, table, tower};
-use crate::solvers::{assembled, solve_matrix};
+use crate::contact::random::compressed;
+use crate::contact::scenes::{at, stack, structure, table, tower};
+use crate::contact::solvers::{assembled, solve_matrix};
 use carom_math::{Planar, Spatial};
 use carom_solver::exact::Exact;
 use carom_solver::{ContactProblem, FrictionProblem, FrictionSettings};

@@ -3,8 +3,8 @@
 //! are unique (a pile of balls has a continuum of answers: discs that stick in a ring may turn together or not).
 
 use crate::common::*;
-use crate::scenes::*;
-use crate::solvers::{exact_methods, solve_best};
+use crate::contact::scenes::*;
+use crate::contact::solvers::{exact_methods, solve_best};
 use carom_math::{Column, Inertia, Rotation, Space};
 use carom_solver::{Contact, ContactProblem, FrictionLaw, Twist};
 

@@ -2,9 +2,9 @@
 //! start takes many, and the answer is as certified as any.
 
 use crate::common::*;
-use crate::judge::errors;
-use crate::scenes::*;
-use crate::solvers::{assembled, solve_matrix};
+use crate::contact::judge::errors;
+use crate::contact::scenes::*;
+use crate::contact::solvers::{assembled, solve_matrix};
 use carom_math::{Column, Space};
 use carom_solver::delassus::right_hand_side;
 use carom_solver::exact::Exact;

@@ -1,10 +1,6 @@
 //! Laws: what every run keeps, stated as sentences and checked in the plane and in space. Cases C1 to C35 and
 //! items 1 to 47 are those of the project's checklist; each tolerance stands beside its assertion with its reason.
 
-#[path = "../harness/mod.rs"]
-#[macro_use]
-mod harness;
-
 mod accuracy;
 mod alone;
 mod bodies;

@@ -1,6 +1,3 @@
 //! Stories: one file per thing that went wrong and was mended, named after it.
 
 mod closing_contacts_threw_a_heap_up;
-#[path = "../harness/mod.rs"]
-#[macro_use]
-mod harness;

@@ -1,10 +1,6 @@
 //! What every solver of frictional contact owes: an answer that is certified or refused, on problems that nobody
 //! would write down and on structures with known forces. Solvers enter in `solvers.rs`; every test runs over all.
 
-#[path = "../common/mod.rs"]
-#[macro_use]
-mod common;
-
 mod bodies;
 mod budget;
 mod census;

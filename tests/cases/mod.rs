@@ -1,10 +1,6 @@
 //! Cases with known answers, C1 to C33, by the scheme `events`, at the tolerances of the project's checklist. What is long is
 //! ignored here and run by `make laws`; each long law has a twin that is not. `docs/cases.md` lists them all.
 
-#[path = "../harness/mod.rs"]
-#[macro_use]
-mod harness;
-
 mod curved;
 mod free;
 mod friction;
@@ -14,8 +10,8 @@ mod statics;
 mod superball;
 mod systems;
 
+use crate::harness::Dimension;
 use carom::{Column, Scheme, Settings};
-use harness::Dimension;
 
 /// Settings of the scheme with its own solver and law.
 fn events<S: Dimension>(dt: f64) -> Settings<S> {
