@@ -19,6 +19,8 @@ pub struct Couplings {
     values: Vec<f64>,
     /// Each contact's own block; sweeps, which do not read it, would have to read past it.
     own: Vec<f64>,
+    /// Every contact presses on every other one, and they have their own order.
+    all: bool,
 }
 
 /// Numbers that sweeps keep of an impulse of so many directions.
@@ -30,7 +32,8 @@ impl Couplings {
     /// Those of a matrix.
     pub fn of(matrix: &Matrix) -> Self {
         let all: Vec<u32> = (0..matrix.graph.nodes() as u32).collect();
-        Couplings::in_order(matrix, &all, &all)
+        let is_full = matrix.graph.neighbours.len() == all.len() * all.len();
+        Couplings { all: is_full, ..Couplings::in_order(matrix, &all, &all) }
     }
     /// Those of a matrix with its contacts in this order; neighbours by the name that each contact gets.
     pub fn in_order(matrix: &Matrix, order: &[u32], name: &[u32]) -> Self {
@@ -42,6 +45,7 @@ impl Couplings {
             neighbours: Vec::with_capacity(others),
             values: Vec::with_capacity(others * d * places(d)),
             own: Vec::with_capacity(nodes * d * places(d)),
+            all: false,
         };
         let push = |k: usize, out: &mut Vec<f64>| {
             let block = &matrix.values[graph.offsets[k] as usize..][..d * d];
@@ -75,6 +79,7 @@ impl Couplings {
             neighbours: self.neighbours[blocks.clone()].to_vec(),
             values: self.values[blocks.start * size..blocks.end * size].to_vec(),
             own: self.own[contacts.start * size..contacts.end * size].to_vec(),
+            all: false,
         }
     }
     /// Blocks off the diagonal of contacts that lie one after another.
@@ -91,6 +96,7 @@ impl Couplings {
             neighbours: &self.neighbours[start..],
             values: &self.values[start * size..],
             own: &self.own[first * size..],
+            all: self.all,
         }
     }
 }
@@ -101,6 +107,7 @@ pub struct Rows<'a, const D: usize> {
     neighbours: &'a [u32],
     values: &'a [f64],
     own: &'a [f64],
+    all: bool,
 }
 
 /// What presses on one contact, and its own block.
@@ -108,6 +115,7 @@ pub struct Row<'a, const D: usize> {
     neighbours: &'a [u32],
     values: &'a [f64],
     own: &'a [f64],
+    all: bool,
 }
 
 impl<'a, const D: usize> Iterator for Rows<'a, D> {
@@ -121,7 +129,7 @@ impl<'a, const D: usize> Iterator for Rows<'a, D> {
         let (values, rest) = self.values.split_at(count * size);
         let (own, after) = self.own.split_at(size);
         (self.neighbours, self.values, self.own) = (others, rest, after);
-        Some(Row { neighbours, values, own })
+        Some(Row { neighbours, values, own, all: self.all })
     }
 }
 
@@ -150,11 +158,8 @@ impl<const D: usize> Row<'_, D> {
             3 => pull_in_space(simd, given, r, own, &mut out),
             2 => pull_in_the_plane(simd, given, r, own, &mut out),
             _ => {
-                let mut sum = out[0] + own.map_or(0.0, |(block, i)| block[0] * r[i]);
-                for (w, &j) in self.values.iter().zip(self.neighbours) {
-                    sum += w * r[j as usize];
-                }
-                out[0] = sum;
+                let own = own.map_or(0.0, |(block, i)| block[0] * r[i]);
+                out[0] += own + pull_along_a_line(self.values, self.neighbours, self.all, r);
             }
         }
         out
@@ -212,6 +217,30 @@ pub fn scaled_velocities<const D: usize>(
 /// Writes impulses `places` numbers apart.
 pub fn spread<const D: usize>(r: &[[f64; D]], out: &mut [f64]) {
     out.chunks_exact_mut(places(D)).zip(r).for_each(|(out, r)| out[..D].copy_from_slice(r));
+}
+
+/// Impulses along a line that press on one; where all others do, in their order, those after it come first.
+#[inline(always)]
+fn pull_along_a_line(values: &[f64], neighbours: &[u32], all: bool, r: &[f64]) -> f64 {
+    if all && let Some(&first) = neighbours.first() {
+        let first = first as usize;
+        let (after, before) = values.split_at(values.len().min(values.len() + 1 - first));
+        return dot(after, &r[first..]) + dot(before, r);
+    }
+    values.iter().zip(neighbours).map(|(w, &j)| w * r[j as usize]).sum()
+}
+
+/// The sum of products of as many as there are of both: four sums, so that none waits for itself.
+#[inline(always)]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let count = a.len().min(b.len());
+    let ((a, last_a), (b, last_b)) = (a[..count].as_chunks::<4>(), b[..count].as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        (0..4).for_each(|k| sums[k] += a[k] * b[k]);
+    }
+    let last: f64 = last_a.iter().zip(last_b).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + last
 }
 
 #[inline(always)]
