@@ -108,8 +108,9 @@ playground: player/node_modules/made
 	@rm -f $(PLAYGROUND); bash tools/build_playground.sh; code=$$?; if [ $$code -eq 3 ]; then exit 0; fi; \
 	  test $$code -eq 0 && cd player && $(NPM) run --silent build-playground -- --logLevel warn
 
-# what a native build makes of the same scenes; `make test-rust` has built it already
-NATIVE_FINGERPRINTS = $(CARGO) test --quiet --locked --workspace --exclude carom-python --example fingerprint --no-run
+# what a native build makes of the same scenes, an example of the playground's crate: seconds after `make test-rust`, whose crates it
+# shares. Without a named target, for `--example` would build its tests; and not with the engine's own example, a minute more.
+NATIVE_FINGERPRINTS = $(CARGO) test --quiet $(RUST_TESTS) --exclude carom --no-run
 
 bench-playground: playground
 	sh tools/install_chromium.sh

@@ -312,7 +312,8 @@ const PLAYGROUND = "../../dist-playground/playground.html";
 const NATIVE =
   process.env.CAROM_NATIVE ??
   fileURLToPath(new URL("../../target/debug/examples/fingerprint", import.meta.url));
-const built = existsSync(join(OUT, PLAYGROUND)) && existsSync(NATIVE);
+const built = existsSync(join(OUT, PLAYGROUND));
+if (built && !existsSync(NATIVE)) throw new Error(`${NATIVE} is not there: make test-firefox builds it`);
 const skip = built ? false : "the playground is not built: make playground";
 
 test("the playground runs, and has the bits of a native build", { skip }, async () => {

@@ -15,7 +15,8 @@ const HERE = dirname(fileURLToPath(import.meta.url));
 const ROOT = join(HERE, "../..");
 const PAGE = join(HERE, "../dist-playground/playground.html");
 const NATIVE = process.env.CAROM_NATIVE ?? join(ROOT, "target/debug/examples/fingerprint");
-const READY = existsSync(PAGE) && existsSync(NATIVE);
+const READY = existsSync(PAGE);
+if (READY && !existsSync(NATIVE)) throw new Error(`${NATIVE} is not there: make test-player builds it`);
 const options = { skip: READY ? false : "the playground is not built: make playground" };
 
 const text = (name) => readFileSync(join(ROOT, name), "utf8");
