@@ -18,6 +18,7 @@ pub(crate) mod couplings;
 mod equalities;
 mod face;
 mod feasibility;
+mod four_unknowns;
 mod frictionless;
 mod group_rows;
 mod groups;

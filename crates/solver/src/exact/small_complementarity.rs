@@ -1,6 +1,8 @@
 //! Complementarity problems of a few unknowns on the stack: Gauss-Seidel sweeps, which are enough where few impulses
-//! press on each other, then Lemke's path in a condensed tableau. What is degenerate is left to more careful ways.
+//! press on each other; up to four contacts that all press, as those of a body at rest do; then Lemke's path in a condensed
+//! tableau. What is degenerate is left to more careful ways.
 
+use super::four_unknowns::{FOUR, four_unknowns};
 use super::local::plus;
 use super::operator::Matrix;
 use crate::friction_problem::larger;
@@ -51,10 +53,13 @@ impl<const N: usize, const R: usize, const C: usize> WithSimd for Solved<'_, N, 
         let fused = S::F64_LANES == 4;
         let swept =
             if fused { small.swept::<true>(tolerance, z) } else { small.swept::<false>(tolerance, z) };
-        match swept {
-            Some(rounds) => Some(("sweeps", rounds)),
-            None => Some(("pivots", small.along_path::<R, C>(z)?)),
+        if let Some(rounds) = swept {
+            return Some(("sweeps", rounds));
         }
+        if small.all_press(q.len(), tolerance, z) {
+            return Some(("pivots", 1));
+        }
+        Some(("pivots", small.along_path::<R, C>(z)?))
     }
 }
 
@@ -112,6 +117,30 @@ impl<const N: usize> Small<N> {
             }
         }
         None
+    }
+    /// The impulses that stop all of up to four contacts, the first so many of N; false where they are more, or not all press.
+    #[inline(always)]
+    fn all_press(&self, contacts: usize, tolerance: f64, z: &mut [f64; N]) -> bool {
+        if N != FOUR {
+            return false;
+        }
+        let (mut rows, mut right) = ([[0.0; FOUR]; FOUR], [0.0; FOUR]);
+        for i in 0..FOUR.min(N) {
+            (0..FOUR.min(N)).for_each(|j| rows[i][j] = self.rows[i][j]);
+            right[i] = if i < contacts { -self.q[i] } else { 0.0 };
+        }
+        let found = four_unknowns(&rows, &right);
+        let mut squared = 0.0;
+        for (row, right) in rows.iter().zip(&right) {
+            let off = row.iter().zip(&found).map(|(m, z)| m * z).sum::<f64>() - right;
+            squared += off * off;
+        }
+        let bound = 0.1 * tolerance * self.size;
+        let press = found.iter().all(|z| *z >= 0.0) && squared <= bound * bound;
+        if press {
+            z.iter_mut().zip(&found).for_each(|(z, found)| *z = *found);
+        }
+        press
     }
     /// Lemke's path: basic = columns (other variables, 1), of which all are zero but the one that enters.
     /// Variables: w_i = i, z_i = N + i, the covering one 2 N; its column is N, that of 1 is N + 1.
@@ -278,6 +307,30 @@ mod tests {
             &[1.0, 1.0, 1.0, 0.0],
         ];
         check(m, &[50.0, 50.0, 10.0, -6.0], "pivots");
+    }
+
+    #[test]
+    fn contacts_that_all_press_are_one_system_and_others_are_not() {
+        let chain: &[&[f64]] = &[&[2.0, -1.9, 0.0], &[-1.9, 4.0, -1.9], &[0.0, -1.9, 2.0]];
+        let rounds = |m: &[&[f64]], q: &[f64]| {
+            solved(&matrix(m), q, 1e-12, &mut [0.0; LARGEST]).map(|(name, rounds)| (name, rounds == 1))
+        };
+        check(chain, &[-1.0, 0.5, -2.0], "pivots");
+        assert_eq!(rounds(chain, &[-1.0, 0.5, -2.0]), Some(("pivots", true)));
+        // the last one opens
+        let longer: &[&[f64]] = &[
+            &[2.0, -1.9, 0.0, 0.0],
+            &[-1.9, 4.0, -1.9, 0.0],
+            &[0.0, -1.9, 4.0, -1.9],
+            &[0.0, 0.0, -1.9, 4.0],
+        ];
+        check(longer, &[-1.0, -1.0, -2.0, 30.0], "pivots");
+        assert_eq!(rounds(longer, &[-1.0, -1.0, -2.0, 30.0]), Some(("pivots", false)));
+        // a beam on four supports carries itself in more ways than one: the system is singular
+        let supports = [-3.0, -1.0, 1.5, 3.0];
+        let beam = supports.map(|x| supports.map(|y| 1.0 + x * y));
+        let (beam, q) = (beam.each_ref().map(|row| &row[..]), supports.map(|x| -1.0 - 0.2 * x));
+        assert_ne!(rounds(&beam, &q), Some(("pivots", true)));
     }
 
     #[test]
