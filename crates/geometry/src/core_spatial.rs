@@ -107,6 +107,12 @@ impl SpatialCore {
         match self {
             SpatialCore::Polytope(p) => p.support(direction),
             SpatialCore::Round(round) => round.support(direction),
+            SpatialCore::Triangle(p, _) => {
+                let [first, second, third] = p.map(|p| direction.dot(p));
+                let (best, along) = if second > first { (1, second) } else { (0, first) };
+                let best = if third > along { 2 } else { best };
+                (p[best], best as u32)
+            }
             flat => flat.view().map_or((Vec3::ZERO, 0), |v| v.support(direction)),
         }
     }
@@ -119,8 +125,13 @@ impl SpatialCore {
         }
     }
     /// A point inside.
+    #[inline]
     pub fn center(&self) -> Vec3 {
-        self.view().map_or(Vec3::ZERO, |v| v.center)
+        match self {
+            SpatialCore::Polytope(p) => p.center,
+            SpatialCore::Round(_) => Vec3::ZERO,
+            flat => flat.view().map_or(Vec3::ZERO, |v| v.center),
+        }
     }
     /// The face, edge or corner that faces a unit direction, as a ring of named points, counter-clockwise seen
     /// from outside, and the outward normal of its plane (for faces).

@@ -106,14 +106,19 @@ impl<S: Kernel> Facet<'_, S> {
     pub fn only_normal(&self, separation: &dyn Fn(S::Vector) -> f64) -> Option<S::Vector> {
         let corners = &self.corners[..S::DIM];
         let folds = &self.surface.folds[S::DIM * self.index..S::DIM * (self.index + 1)];
-        if !folds.iter().all(|f| f.is_finite()) {
+        // which of the two sides stand out from their neighbours, as far as that is known before anything is measured
+        let stands_out = |side: f64| folds.iter().all(|f| f.is_finite() && side * f <= LEAN);
+        let (closed, [above, below]) = (self.surface.closed, [1.0, -1.0].map(stands_out));
+        if !above && (closed || !below) {
             return None;
         }
         let up = S::facet_normal(corners);
-        let (above, below) = (separation(up), separation(-up));
-        let (side, gap) = if self.surface.closed || above >= below { (1.0, above) } else { (-1.0, below) };
+        let gap = separation(up);
+        let opposite = if closed { f64::NEG_INFINITY } else { separation(-up) };
+        let (side, gap, stands_out) =
+            if gap >= opposite { (1.0, gap, above) } else { (-1.0, opposite, below) };
         let width = (1..S::DIM).fold(f64::INFINITY, |m, k| m.min((corners[k] - corners[0]).norm()));
-        (folds.iter().all(|f| side * f <= LEAN) && gap > -0.1 * width).then_some(up * side)
+        (stands_out && gap > -0.1 * width).then_some(up * side)
     }
     /// Foot on the facet's plane of a point seen along a direction, if it lies on the facet (within `slack` \[m\]).
     pub fn foot(&self, point: S::Vector, direction: S::Vector, slack: f64) -> Option<S::Vector> {
