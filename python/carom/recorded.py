@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from carom.errors import BuildError
 from carom.ragged import RaggedContacts, RaggedEvents
-from carom.recording import LEDGER_LINES, OWN_SOLVERS, FileData, Floats, Header, Records, RunData, copy_into
+from carom.recording import LEDGER_LINES, FileData, Floats, Header, Records, RunData, copy_into, solver_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -293,7 +293,7 @@ class Run:
             "frames": len(self.time),
             "time": float(self.steps["time"][-1]) if len(self.steps) else 0.0,
             "dt": self.header.dt,
-            "solver": self.settings.get("solver") or OWN_SOLVERS[self.settings.get("scheme") or "fixed_step"],
+            "solver": self.header.solver or solver_of(self.settings),
             "wall_time": self.wall_time,
             "ms_per_step": _finite(self.ms_per_step),
             "mean_iterations": float(np.mean(self.steps["iterations"])) if len(self.steps) else 0.0,

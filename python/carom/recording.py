@@ -121,6 +121,13 @@ STEP_UNITS = {
 }
 #: What solves the contacts of a scheme where no solver is chosen.
 OWN_SOLVERS = {"fixed_step": "nncg", "events": "exact", "soft_step": "soft_step's own"}
+
+
+def solver_of(settings: Mapping[str, Any]) -> str:
+    """What solves the contacts by these settings today: the solver that they choose, or the scheme's own."""
+    return str(settings.get("solver") or OWN_SOLVERS[settings.get("scheme") or "fixed_step"])
+
+
 #: Impact law of each scheme when none is asked for.
 OWN_LAWS = {"fixed_step": "newton", "events": "generalized_reflections", "soft_step": "soft_step's own"}
 #: Lines of the energy ledger, as columns of the steps [J].
@@ -232,6 +239,7 @@ class Header:
     shapes : the distinct shapes as tables, as scene files have them
     shape : (n,) int32 array, index into `shapes`, -1 for a particle; None in older files
     center : (n, d) float64 array, centre of mass in the shape's axes [m]; likewise
+    solver : what solves the contacts, by name; empty in files that do not tell
     """
 
     space: str
@@ -252,6 +260,7 @@ class Header:
     shapes: tuple[Mapping[str, Any], ...] = ()
     shape: npt.NDArray[np.int32] | None = None
     center: Floats | None = None
+    solver: str = ""
     created: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="microseconds"))
 
 
@@ -428,6 +437,7 @@ class FileRecorder:
         file.attrs["created"] = header.created
         file.attrs["space"] = header.space
         file.attrs["scene_name"] = header.scene_name
+        file.attrs["solver"] = header.solver
         file.attrs["dt"] = header.dt
         file.attrs["every"] = header.every
         text = h5py.string_dtype("utf-8")
@@ -698,6 +708,7 @@ def _read_header(file: Any) -> Header:
         shapes=tuple(json.loads(file["shapes"].asstr()[()])) if "shapes" in file else (),
         shape=bodies["shape"][...] if "shape" in bodies else None,
         center=bodies["center"][...] if "center" in bodies else None,
+        solver=_attribute(file, "solver"),
         created=_attribute(file, "created"),
     )
 

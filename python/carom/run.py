@@ -25,7 +25,7 @@ import numpy.typing as npt
 from carom.errors import BuildError, CaromError
 from carom.ragged import RaggedContacts
 from carom.recorded import Ledger, Run, Worst
-from carom.recording import KINDS, Floats, Header, Progress, Recorder, record
+from carom.recording import KINDS, Floats, Header, Progress, Recorder, record, solver_of
 
 __all__ = ["Ledger", "Moment", "RaggedContacts", "Run", "Worst", "run_world"]
 
@@ -342,7 +342,7 @@ def _header(world: Any, dt: float, every: int, scene: str, scene_name: str) -> H
     )
     damping = (more["linear_damping"], more["angular_damping"])
     shapes, rows, center = shapes_of(bodies, space)
-    return Header(*known, more["extent"], *damping, joints, shapes, rows, center)
+    return Header(*known, more["extent"], *damping, joints, shapes, rows, center, solver_of(settings))
 
 
 def shapes_of(

@@ -159,6 +159,18 @@ def test_unreadable_files_are_refused_with_reason_and_remedy(tmp_path: Path) -> 
         assert caught.value.remedy
 
 
+def test_a_file_names_the_solver_that_its_scheme_chose_whatever_today_s_default_is(tmp_path: Path) -> None:
+    out = tmp_path / "run.h5"
+    run = run_world(ScriptedWorld(), 0.1, out=out)
+    assert run.header.solver == run.summary()["solver"] != ""
+    with h5py.File(out, "r+") as file:
+        file.attrs["solver"] = "former"
+    assert Run.load(out).summary()["solver"] == "former"
+    with h5py.File(out, "r+") as file:
+        del file.attrs["solver"]
+    assert Run.load(out).summary()["solver"] == run.summary()["solver"]
+
+
 def test_dataframe_has_a_row_per_frame_and_body() -> None:
     pandas = pytest.importorskip("pandas")
     run = run_world(ScriptedWorld(), 0.2)
