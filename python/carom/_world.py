@@ -33,7 +33,7 @@ from carom._shapes import ShapeLike
 from carom._space import Floats, Space, number
 from carom._threaded import Threaded
 from carom.errors import BuildError, StepError, refused, unknown
-from carom.recording import OWN_SOLVERS
+from carom.recording import solver_of
 
 if TYPE_CHECKING:
     from carom.run import ProgressLike, Run
@@ -586,7 +586,7 @@ class World(Arrayed, Forced, Jointed, Observed, Judged, Threaded, Drowsy):
         kinds = [body.kind for body in self] if len(self) <= 1000 else []
         still = len([kind for kind in kinds if kind != "dynamic"])
         parts = f"{len(self)} bodies" + (f" ({still} obstacles)" if still else "")
-        solver = self.solver or OWN_SOLVERS[self.scheme]
+        solver = solver_of(self.settings)
         return f"<{self._space.name}.World {parts}, t = {self.time:.6g} s, solver {solver}>"
 
 

@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 from scripted import ScriptedWorld
 
+from carom import planar
 from carom.errors import RunFileError, StepError
+from carom.recording import solver_of
 from carom.run import Run, run_world
 
 ARRAYS = ("time", "position", "rotation", "velocity", "angular_velocity", "steps")
@@ -161,8 +163,12 @@ def test_unreadable_files_are_refused_with_reason_and_remedy(tmp_path: Path) -> 
 
 def test_a_file_names_the_solver_that_its_scheme_chose_whatever_today_s_default_is(tmp_path: Path) -> None:
     out = tmp_path / "run.h5"
-    run = run_world(ScriptedWorld(), 0.1, out=out)
-    assert run.header.solver == run.summary()["solver"] != ""
+    world = planar.World()
+    world.add_body("box", planar.Box(1, 1), mass=1.0)
+    assert world.solver is None
+    run = run_world(world, 0.1, out=out)
+    assert run.header.solver == run.summary()["solver"] == solver_of({"scheme": world.scheme}) != ""
+    assert f"solver {run.header.solver}" in repr(world)
     with h5py.File(out, "r+") as file:
         file.attrs["solver"] = "former"
     assert Run.load(out).summary()["solver"] == "former"
