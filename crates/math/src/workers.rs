@@ -210,8 +210,9 @@ impl Iterator for Turns<'_> {
 }
 
 impl<'a> Turns<'a> {
-    /// Looks for the next chunk to come before it gives its time away \[1\]: about a microsecond.
-    const PATIENCE: u32 = 40;
+    /// Looks for the next chunk to come before it gives its time away \[1\]: some microseconds, which a chunk of others takes. Who gave
+    /// it away comes late.
+    const PATIENCE: u32 = 200;
 
     fn new(plan: &'a [u32], board: Option<&'a Board>, seat: usize) -> Self {
         Turns { plan, board, seat, stage: 0, next: 0, holds: false }

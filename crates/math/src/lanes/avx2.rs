@@ -187,6 +187,11 @@ impl Lanes for V3 {
         self.avx._mm256_blendv_ps(no, yes, less)
     }
     #[inline(always)]
+    fn somewhere_less(self, a: __m256, b: __m256) -> bool {
+        let less = self.avx._mm256_cmp_ps::<{ std::arch::x86_64::_CMP_LT_OQ }>(a, b);
+        self.avx._mm256_movemask_ps(less) != 0
+    }
+    #[inline(always)]
     fn pair(self, one: __m256, other: __m256) -> __m256 {
         let low = self.avx2._mm256_srli_epi32::<16>(pulp::cast(half(self, other)));
         self.avx._mm256_or_ps(half(self, one), pulp::cast(low))

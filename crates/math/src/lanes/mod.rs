@@ -72,6 +72,12 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     fn sqrt(self, a: Self::Reals) -> Self::Reals;
     /// a < b ? yes : no.
     fn if_less(self, a: Self::Reals, b: Self::Reals, yes: Self::Reals, no: Self::Reals) -> Self::Reals;
+    /// Whether a < b in some lane.
+    #[inline(always)]
+    fn somewhere_less(self, a: Self::Reals, b: Self::Reals) -> bool {
+        let marks = self.store(self.if_less(a, b, self.all(1.0), self.all(0.0)));
+        marks.0.iter().fold(0, |bits, mark| bits | mark.to_bits()) != 0
+    }
     /// Two numbers in the bits of one, each rounded to eight bits of mantissa.
     fn pair(self, one: Self::Reals, other: Self::Reals) -> Self::Reals;
     /// The two numbers of a pair.
@@ -136,6 +142,7 @@ mod tests {
                 tell(lanes.min(a, b));
                 tell(lanes.sqrt(lanes.mul(a, a)));
                 tell(lanes.if_less(a, b, lanes.all(1.0), lanes.all(2.0)));
+                tell(lanes.all(f32::from(lanes.somewhere_less(a, b))));
                 let (one, other) = lanes.parts(lanes.pair(a, b));
                 tell(one);
                 tell(other);
@@ -227,6 +234,29 @@ mod tests {
         let numbers = numbers();
         assert_eq!(dispatch(Exercise(&numbers)), Portable.run(Exercise(&numbers)));
         assert_eq!(in_fours(Exercise(&numbers)), Portable.run(Exercise(&numbers)));
+    }
+
+    #[test]
+    fn one_lane_that_is_less_is_somewhere() {
+        struct Least(Eight, Eight);
+        impl Job for Least {
+            type Output = bool;
+            #[inline(always)]
+            fn work<L: Lanes>(self, lanes: L) -> bool {
+                lanes.somewhere_less(lanes.load(&self.0), lanes.load(&self.1))
+            }
+        }
+        for k in 0..WIDTH {
+            let (same, mut less) = (Eight([1.0; WIDTH]), Eight([1.0; WIDTH]));
+            less.0[k] = 0.5;
+            assert!(
+                dispatch(Least(less, same)) && in_fours(Least(less, same)) && Portable.run(Least(less, same))
+            );
+            less.0[k] = f32::NAN;
+            for (a, b) in [(same, same), (less, same), (same, less)] {
+                assert!(!dispatch(Least(a, b)) && !in_fours(Least(a, b)) && !Portable.run(Least(a, b)));
+            }
+        }
     }
 
     #[test]

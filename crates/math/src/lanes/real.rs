@@ -84,6 +84,11 @@ impl<L: Lanes> Real<L> {
     pub fn sqrt(self) -> Self {
         self.with(self.lanes.sqrt(self.value))
     }
+    /// Whether self < other in some lane.
+    #[inline(always)]
+    pub fn somewhere_less(self, other: Self) -> bool {
+        self.lanes.somewhere_less(self.value, other.value)
+    }
     /// Where self < other: `yes`, elsewhere `no`.
     #[inline(always)]
     pub fn if_less(self, other: Self, yes: Self, no: Self) -> Self {

@@ -1,7 +1,7 @@
 //! Bodies as the lanes see them: records of a few numbers, gathered eight at a time and turned. Record 0 is the
 //! obstacle at rest that empty lanes and walls point to: nothing moves it, so lanes may share it.
 
-use super::shared::Shared;
+use super::shared::{Places, Shared};
 use carom_math::lanes::{Eight, Lanes, Real, WIDTH};
 use carom_math::{Record, Several, Wide, Workers};
 use std::ops::Range;
@@ -149,8 +149,6 @@ pub struct Eightfold<S: Wide, L: Lanes> {
     pub spin: S::Spins<Real<L>>,
     /// Inverse masses.
     pub inverse_mass: Real<L>,
-    /// Inverse inertias.
-    pub inverse_inertia: S::Inertias<Real<L>>,
 }
 
 /// Eight bodies' changes of pose.
@@ -165,14 +163,10 @@ pub struct Moved<S: Wide, L: Lanes> {
 type Columns<S, L> = <<S as Wide>::Record as Record>::Columns<Real<L>>;
 
 #[inline(always)]
-fn gather<S: Wide, L: Lanes>(
-    lanes: L,
-    record: impl Fn(usize) -> S::Record,
-    ids: &[u32; WIDTH],
-) -> Columns<S, L> {
+fn gather<S: Wide, L: Lanes>(lanes: L, record: impl Fn(usize) -> S::Record) -> Columns<S, L> {
     let mut rows = [S::Record::default(); WIDTH];
     for k in 0..WIDTH {
-        rows[k] = record(ids[k] as usize);
+        rows[k] = record(k);
     }
     S::Record::columns(lanes, rows)
 }
@@ -258,10 +252,10 @@ impl<S: Wide> Records<S> {
 impl<S: Wide> Table<'_, S> {
     /// Means of the velocities at the step's start and now, of eight bodies.
     #[inline(always)]
-    pub fn mean<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> Eightfold<S, L> {
-        let start = gather::<S, L>(lanes, |i| self.start[i], ids);
-        let motion = gather::<S, L>(lanes, |i| self.bodies.get(i).motion, ids);
-        let mut bodies = Self::bodies(lanes, &motion, &S::Kept::all(Eight::default()));
+    pub fn mean<L: Lanes>(&self, lanes: L, at: &Places<'_>) -> Eightfold<S, L> {
+        let starts = at.of(self.start);
+        let start = gather::<S, L>(lanes, |k| *starts.item(k));
+        let mut bodies = self.motion(lanes, at);
         let half = Real::all(lanes, 0.5);
         let d = <S::Vectors<f32> as Several<f32>>::LEN;
         for k in 0..d {
@@ -273,9 +267,11 @@ impl<S: Wide> Table<'_, S> {
         bodies
     }
 
-    /// Eight bodies from their motions; of their inertias only what is kept in packs.
+    /// Velocities and inverse masses of eight bodies.
     #[inline(always)]
-    fn bodies<L: Lanes>(lanes: L, motion: &Columns<S, L>, kept: &S::Kept<Eight>) -> Eightfold<S, L> {
+    pub fn motion<L: Lanes>(&self, lanes: L, at: &Places<'_>) -> Eightfold<S, L> {
+        let bodies = at.of(self.bodies.list());
+        let motion = gather::<S, L>(lanes, |k| bodies.item(k).get().motion);
         let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
         let mut velocity = S::Vectors::all(motion[0]);
         let mut spin = S::Spins::all(motion[0]);
@@ -285,49 +281,14 @@ impl<S: Wide> Table<'_, S> {
         for k in 0..a {
             spin[k] = motion[d + k];
         }
-        let mut inverse_inertia = S::Inertias::all(motion[0]);
-        for k in 0..<S::Kept<f32> as Several<f32>>::LEN {
-            inverse_inertia[k] = Real::load(lanes, &kept[k]);
-        }
-        Eightfold { velocity, spin, inverse_mass: motion[d + a], inverse_inertia }
+        Eightfold { velocity, spin, inverse_mass: motion[d + a] }
     }
 
-    /// Takes in the inverse inertias of eight bodies, where packs do not keep them.
+    /// How eight bodies moved since the step began.
     #[inline(always)]
-    fn look_up_inertias<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH], bodies: &mut Eightfold<S, L>) {
-        if <S::Kept<f32> as Several<f32>>::LEN < <S::Inertias<f32> as Several<f32>>::LEN {
-            let numbers = gather::<S, L>(lanes, |i| self.inertia[i], ids);
-            for k in 0..<S::Inertias<f32> as Several<f32>>::LEN {
-                bodies.inverse_inertia[k] = numbers[k];
-            }
-        }
-    }
-
-    /// Velocities and inverse masses of eight bodies, whose pack keeps this of them.
-    #[inline(always)]
-    pub fn gather<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH], kept: &S::Kept<Eight>) -> Eightfold<S, L> {
-        let motion = gather::<S, L>(lanes, |i| self.bodies.get(i).motion, ids);
-        let mut bodies = Self::bodies(lanes, &motion, kept);
-        self.look_up_inertias(lanes, ids, &mut bodies);
-        bodies
-    }
-
-    /// The same, and how they moved since the step began.
-    #[inline(always)]
-    pub fn gather_moved<L: Lanes>(
-        &self,
-        lanes: L,
-        ids: &[u32; WIDTH],
-        kept: &S::Kept<Eight>,
-    ) -> (Eightfold<S, L>, Moved<S, L>) {
-        let (mut motion, mut moved) = ([S::Record::default(); WIDTH], [S::Record::default(); WIDTH]);
-        for k in 0..WIDTH {
-            let body = self.bodies.get(ids[k] as usize);
-            (motion[k], moved[k]) = (body.motion, body.moved);
-        }
-        let (motion, moved) = (S::Record::columns(lanes, motion), S::Record::columns(lanes, moved));
-        let mut bodies = Self::bodies(lanes, &motion, kept);
-        self.look_up_inertias(lanes, ids, &mut bodies);
+    pub fn moved<L: Lanes>(&self, lanes: L, at: &Places<'_>) -> Moved<S, L> {
+        let bodies = at.of(self.bodies.list());
+        let moved = gather::<S, L>(lanes, |k| bodies.item(k).get().moved);
         let d = <S::Vectors<f32> as Several<f32>>::LEN;
         let mut by = S::Vectors::all(moved[0]);
         let mut turn = S::Turns::all(moved[0]);
@@ -337,15 +298,46 @@ impl<S: Wide> Table<'_, S> {
         for k in 0..<S::Turns<f32> as Several<f32>>::LEN {
             turn[k] = moved[d + k];
         }
-        (bodies, Moved { by, turn })
+        Moved { by, turn }
+    }
+
+    /// Inverse inertias of eight bodies, whose pack keeps this of them. Asked for where they are used: what waits for its use does so
+    /// in memory.
+    #[inline(always)]
+    fn inertia<L: Lanes>(&self, lanes: L, at: &Places<'_>, kept: &S::Kept<Eight>) -> S::Inertias<Real<L>> {
+        let mut inertia = S::Inertias::all(Real::all(lanes, 0.0));
+        if <S::Kept<f32> as Several<f32>>::LEN < <S::Inertias<f32> as Several<f32>>::LEN {
+            let inertias = at.of(self.inertia);
+            let numbers = gather::<S, L>(lanes, |k| *inertias.item(k));
+            for k in 0..<S::Inertias<f32> as Several<f32>>::LEN {
+                inertia[k] = numbers[k];
+            }
+        } else {
+            for k in 0..<S::Kept<f32> as Several<f32>>::LEN {
+                inertia[k] = Real::load(lanes, &kept[k]);
+            }
+        }
+        inertia
+    }
+
+    /// Those of bodies a and of bodies b.
+    #[inline(always)]
+    pub fn inertias<L: Lanes>(
+        &self,
+        lanes: L,
+        at: &[Places<'_>; 2],
+        kept: &[S::Kept<Eight>; 2],
+    ) -> [S::Inertias<Real<L>>; 2] {
+        [self.inertia(lanes, &at[0], &kept[0]), self.inertia(lanes, &at[1], &kept[1])]
     }
 
     /// What packs keep of eight bodies' inverse inertias, so that a sweep gathers only what changes.
     #[inline(always)]
-    pub fn kept<L: Lanes>(&self, lanes: L, ids: &[u32; WIDTH]) -> S::Kept<Eight> {
+    pub fn kept<L: Lanes>(&self, lanes: L, at: &Places<'_>) -> S::Kept<Eight> {
         let mut kept = S::Kept::all(Eight::default());
         if <S::Kept<f32> as Several<f32>>::LEN > 0 {
-            let rows = gather::<S, L>(lanes, |i| self.inertia[i], ids);
+            let inertias = at.of(self.inertia);
+            let rows = gather::<S, L>(lanes, |k| *inertias.item(k));
             for k in 0..<S::Kept<f32> as Several<f32>>::LEN {
                 kept[k] = rows[k].store();
             }
@@ -355,7 +347,7 @@ impl<S: Wide> Table<'_, S> {
 
     /// Writes velocities back. Not those of obstacles, which impulses do not change and packs of a colour share.
     #[inline(always)]
-    pub fn scatter<L: Lanes>(&self, ids: &[u32; WIDTH], bodies: &Eightfold<S, L>) {
+    pub fn scatter<L: Lanes>(&self, at: &Places<'_>, bodies: &Eightfold<S, L>) {
         let (d, a) = (<S::Vectors<f32> as Several<f32>>::LEN, <S::Spins<f32> as Several<f32>>::LEN);
         let mut numbers = Columns::<S, L>::all(bodies.inverse_mass);
         for k in 0..d {
@@ -365,9 +357,10 @@ impl<S: Wide> Table<'_, S> {
             numbers[d + k] = bodies.spin[k];
         }
         let rows = S::Record::rows(numbers);
-        let free = self.bodies.behind(self.obstacles as usize);
+        let places = at.of(self.bodies.list());
         for k in 0..WIDTH {
-            if let Some(own) = free.get(ids[k] as usize) {
+            if !places.is_before(k, self.obstacles) {
+                let own = places.item(k);
                 own.set(Body { motion: rows[k], ..own.get() });
             }
         }

@@ -4,15 +4,21 @@
 use super::bodies::Table;
 use super::pack::{Beside, Pack};
 use super::prepare::{Frame, lever};
+use super::shared::Places;
 use carom_math::lanes::{Lanes, Real};
 use carom_math::wide::inner;
 use carom_math::{Several, Wide};
 
 /// Books what a pack's impulses did.
 #[inline(always)]
-pub fn book<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
+pub fn book<S: Wide, L: Lanes>(
+    lanes: L,
+    (pack, beside): (&Pack<S>, &mut Beside<S>),
+    at: [Places<'_>; 2],
+    records: &Table<S>,
+) {
     let frame = Frame::of(lanes, pack);
-    let (a, b) = (records.mean(lanes, &pack.a), records.mean(lanes, &pack.b));
+    let (a, b) = (records.mean(lanes, &at[0]), records.mean(lanes, &at[1]));
     let (normal, slip) = frame.twist(&a, &b);
     let (mut pressing, mut rubbing) = (Real::all(lanes, 0.0), Real::all(lanes, 0.0));
     for i in 0..<S::Points<f32> as Several<f32>>::LEN {

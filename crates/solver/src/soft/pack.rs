@@ -24,10 +24,6 @@ pub struct PackPoint<S: Wide> {
 /// Eight patches.
 #[derive(Clone, Copy)]
 pub struct Pack<S: Wide> {
-    /// Records of bodies a.
-    pub a: [u32; WIDTH],
-    /// Records of bodies b.
-    pub b: [u32; WIDTH],
     /// Normals.
     pub normal: S::Vectors<Eight>,
     /// Centres from bodies a.
@@ -52,6 +48,8 @@ pub struct Pack<S: Wide> {
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct Beside<S: Wide> {
+    /// Gaps of the points as the bodies stand now \[m\].
+    pub gaps: S::Points<Eight>,
     /// Normal impulses over the step so far.
     pub total: S::Points<Eight>,
     /// Friction's impulses over the step so far.
@@ -92,8 +90,6 @@ impl<S: Wide> Pack<S> {
         let mut normal = S::Vectors::all(zero);
         normal[0] = Eight([1.0; WIDTH]);
         let pack = Pack {
-            a: [0; WIDTH],
-            b: [0; WIDTH],
             normal,
             arm_a: S::Vectors::all(zero),
             arm_b: S::Vectors::all(zero),
@@ -105,6 +101,7 @@ impl<S: Wide> Pack<S> {
             points: S::Points::all(point),
         };
         let beside = Beside {
+            gaps: S::Points::all(Eight([APART; WIDTH])),
             total: S::Points::all(zero),
             rubbed: S::Spins::all(zero),
             changed: zero,
@@ -152,6 +149,7 @@ impl<S: Wide> Pack<S> {
                 take!(self.points[i].place[k]);
             }
             take!(self.points[i].gap);
+            beside.gaps[i] = self.points[i].gap;
             take!(self.points[i].impulse);
             beside.total[i] = zero;
         }

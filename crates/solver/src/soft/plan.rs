@@ -9,17 +9,27 @@ use carom_math::Workers;
 use carom_math::lanes::WIDTH;
 use std::ops::Range;
 
-/// Packs that a worker takes at a time: about a microsecond of a sweep.
-const PACKS: usize = 16;
+/// Packs that a worker takes at a time, at least and at most: one to four microseconds of a sweep.
+const PACKS: (usize, usize) = (8, 32);
 
-/// Records that a worker takes at a time.
-const RECORDS: usize = 512;
+/// Colours of so many packs go in a row: half of them is worth no meeting.
+const IN_A_ROW: usize = 16;
+
+/// Records that a worker takes at a time, at least and at most.
+const RECORDS: (usize, usize) = (256, 1024);
 
 /// Packs below which a group's stages are not worth waking anybody.
 const WORTH_IT: usize = 96;
 
 /// A group is shared where it is more of all packs than one in so many for each worker.
 const PARTS: usize = 4;
+
+/// How many of some items a worker takes at a time, so that each has as many as the others where nobody is kept away. No answer hangs
+/// on it: what is worked on at once does not ask each other.
+fn evenly(items: usize, (least, most): (usize, usize), workers: usize) -> usize {
+    let turns = workers * items.div_ceil(workers * most).max(1);
+    items.div_ceil(turns).max(least)
+}
 
 /// What is done in a stage.
 #[derive(Clone, Copy, Debug)]
@@ -101,12 +111,13 @@ impl Share {
     }
 }
 
-/// A task of a group that is shared, its first chunk, and the group's records; without a task all of a step, of all groups that are
-/// not shared, a chunk each.
+/// A task of a group that is shared, its first chunk, and the group's records, so many at a time; without a task all of a step, of all
+/// groups that are not shared, a chunk each.
 struct Stage {
     task: Option<Task>,
     first: usize,
     records: Range<usize>,
+    at_a_time: usize,
 }
 
 /// The stages of a step.
@@ -143,11 +154,11 @@ impl Plan {
                 self.wholes.push((self.chunks.len(), group.records.clone()));
                 self.chunks.push(group.chunk(group.packs.clone(), true));
             } else {
-                self.share(group, &colours.starts, lists);
+                self.share(group, &colours.starts, lists, workers.count());
             }
         }
         if !self.wholes.is_empty() {
-            self.stages.insert(0, Stage { task: None, first: 0, records: 0..0 });
+            self.stages.insert(0, Stage { task: None, first: 0, records: 0..0, at_a_time: 0 });
             self.counts.insert(0, self.wholes.len() as u32);
         }
     }
@@ -189,40 +200,46 @@ impl Plan {
     }
 
     /// Stages of a group whose lists begin there.
-    fn share(&mut self, group: &Share, starts: &[usize], lists: &Lists) {
+    fn share(&mut self, group: &Share, starts: &[usize], lists: &Lists, workers: usize) {
         let begun = self.chunks.len();
-        let colours = self.cut(group, starts, lists);
+        let colours = self.cut(group, starts, lists, workers);
+        let records = group.records.len();
+        let at_a_time = evenly(records, RECORDS, workers);
         for k in 0..self.tasks.len() {
             let task = self.tasks[k];
             match task.over() {
-                Over::Packs => self.stage(task, group, begun..self.chunks.len()),
-                Over::Colours => colours.iter().for_each(|chunks| self.stage(task, group, chunks.clone())),
-                Over::Records => self.stage(task, group, 0..group.records.len().div_ceil(RECORDS)),
-                Over::All => self.stage(task, group, 0..1),
+                Over::Packs => self.stage(task, (group, at_a_time), begun..self.chunks.len()),
+                Over::Colours => {
+                    colours.iter().for_each(|chunks| self.stage(task, (group, at_a_time), chunks.clone()))
+                }
+                Over::Records => self.stage(task, (group, at_a_time), 0..records.div_ceil(at_a_time)),
+                Over::All => self.stage(task, (group, at_a_time), 0..1),
             }
         }
     }
 
-    fn stage(&mut self, task: Task, group: &Share, chunks: Range<usize>) {
-        self.stages.push(Stage { task: Some(task), first: chunks.start, records: group.records.clone() });
+    fn stage(&mut self, task: Task, (group, at_a_time): (&Share, usize), chunks: Range<usize>) {
+        let records = group.records.clone();
+        self.stages.push(Stage { task: Some(task), first: chunks.start, records, at_a_time });
         self.counts.push(chunks.len() as u32);
     }
 
     /// Cuts a group's packs into chunks, and tells those that may be worked on at once, in the order that they are swept in.
-    fn cut(&mut self, group: &Share, starts: &[usize], lists: &Lists) -> Vec<Range<usize>> {
+    fn cut(&mut self, group: &Share, starts: &[usize], lists: &Lists, workers: usize) -> Vec<Range<usize>> {
         let mut colours = Vec::new();
         let (mut first, mut row) = (group.packs.start, group.packs.start..group.packs.start);
         for list in lists.all.clone() {
             let packs = first..first + (starts[list + 1] - starts[list]).div_ceil(WIDTH);
             first = packs.end;
-            if packs.len() <= PACKS || list >= lists.alone {
+            if packs.len() <= IN_A_ROW || list >= lists.alone {
                 row.end = packs.end;
                 continue;
             }
             self.in_a_row(group, row, &mut colours);
             row = packs.end..packs.end;
             let begun = self.chunks.len();
-            let cut = packs.clone().step_by(PACKS).map(|k| group.chunk(k..packs.end.min(k + PACKS), false));
+            let size = evenly(packs.len(), PACKS, workers);
+            let cut = packs.clone().step_by(size).map(|k| group.chunk(k..packs.end.min(k + size), false));
             self.chunks.extend(cut);
             colours.push(begun..self.chunks.len());
         }
@@ -241,13 +258,13 @@ impl Plan {
     /// What is done in a turn of a stage: tasks, the chunk of packs of those that are about packs, and records.
     #[inline]
     pub fn turn(&self, stage: usize, turn: usize) -> (&[Task], usize, Range<usize>) {
-        let Stage { task, first, records } = &self.stages[stage];
+        let Stage { task, first, records, at_a_time } = &self.stages[stage];
         let Some(task) = task else {
             let (chunk, records) = &self.wholes[turn];
             return (&self.tasks, *chunk, records.clone());
         };
-        let begun = records.start + turn * RECORDS;
-        let own = begun.min(records.end)..records.end.min(begun + RECORDS);
+        let begun = records.start + turn * at_a_time;
+        let own = begun.min(records.end)..records.end.min(begun + at_a_time);
         (std::slice::from_ref(task), first + turn, own)
     }
 }

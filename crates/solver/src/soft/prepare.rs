@@ -4,6 +4,7 @@
 
 use super::bodies::{Eightfold, Table};
 use super::pack::{Beside, Masses, Pack};
+use super::shared::Places;
 use carom_math::lanes::{Lanes, Real};
 use carom_math::wide::inner;
 use carom_math::{Several, Wide};
@@ -48,24 +49,36 @@ impl<S: Wide, L: Lanes> Frame<S, L> {
         S::to_patch(&self.normal, &self.tangents, &velocity, &spin)
     }
 
+    /// That of eight pairs as they move now.
+    #[inline(always)]
+    pub fn twist_now(
+        &self,
+        lanes: L,
+        records: &Table<S>,
+        [a, b]: [Places<'_>; 2],
+    ) -> (S::Vectors<Real<L>>, S::Spins<Real<L>>) {
+        let (a, b) = (records.motion(lanes, &a), records.motion(lanes, &b));
+        self.twist(&a, &b)
+    }
+
     /// Gives bodies a both groups of impulses, and bodies b the opposite.
     #[inline(always)]
     pub fn give(
         &self,
         pressing: &S::Vectors<Real<L>>,
         rubbing: &S::Spins<Real<L>>,
-        a: &mut Eightfold<S, L>,
-        b: &mut Eightfold<S, L>,
+        (a, b): (&mut Eightfold<S, L>, &mut Eightfold<S, L>),
+        [inertia_a, inertia_b]: &[S::Inertias<Real<L>>; 2],
     ) {
         let (impulse, moment) = S::from_patch(&self.normal, &self.tangents, pressing, rubbing);
-        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_a, a);
+        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_a, (a.inverse_mass, inertia_a));
         for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
             a.velocity[k] += v[k];
         }
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
             a.spin[k] += w[k];
         }
-        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_b, b);
+        let (v, w) = response::<S, L>(&impulse, &moment, &self.arm_b, (b.inverse_mass, inertia_b));
         for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
             b.velocity[k] -= v[k];
         }
@@ -74,19 +87,19 @@ impl<S: Wide, L: Lanes> Frame<S, L> {
         }
     }
 
-    /// What a unit impulse of one of the groups does to the local twist: a column of L.
+    /// What impulses do to the local twist: of a unit impulse of one of the groups a column of L.
     #[inline(always)]
-    fn column(
+    pub fn column(
         &self,
         pressing: &S::Vectors<Real<L>>,
         rubbing: &S::Spins<Real<L>>,
-        a: &Eightfold<S, L>,
-        b: &Eightfold<S, L>,
+        inverse_masses: [Real<L>; 2],
+        [inertia_a, inertia_b]: &[S::Inertias<Real<L>>; 2],
     ) -> (S::Vectors<Real<L>>, S::Spins<Real<L>>) {
         let (impulse, moment) = S::from_patch(&self.normal, &self.tangents, pressing, rubbing);
-        let (mut v, mut w) = response::<S, L>(&impulse, &moment, &self.arm_a, a);
+        let (mut v, mut w) = response::<S, L>(&impulse, &moment, &self.arm_a, (inverse_masses[0], inertia_a));
         let at_a = S::wide_swing(&w, &self.arm_a);
-        let (v_b, w_b) = response::<S, L>(&impulse, &moment, &self.arm_b, b);
+        let (v_b, w_b) = response::<S, L>(&impulse, &moment, &self.arm_b, (inverse_masses[1], inertia_b));
         let at_b = S::wide_swing(&w_b, &self.arm_b);
         for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
             v[k] = (v[k] + at_a[k]) + (v_b[k] + at_b[k]);
@@ -104,7 +117,7 @@ fn response<S: Wide, L: Lanes>(
     impulse: &S::Vectors<Real<L>>,
     moment: &S::Spins<Real<L>>,
     arm: &S::Vectors<Real<L>>,
-    body: &Eightfold<S, L>,
+    (inverse_mass, inverse_inertia): (Real<L>, &S::Inertias<Real<L>>),
 ) -> (S::Vectors<Real<L>>, S::Spins<Real<L>>) {
     let mut torque = S::wide_moment(arm, impulse);
     for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
@@ -112,9 +125,9 @@ fn response<S: Wide, L: Lanes>(
     }
     let mut velocity = *impulse;
     for k in 0..<S::Vectors<f32> as Several<f32>>::LEN {
-        velocity[k] = impulse[k] * body.inverse_mass;
+        velocity[k] = impulse[k] * inverse_mass;
     }
-    (velocity, S::wide_turn(&body.inverse_inertia, &torque))
+    (velocity, S::wide_turn(inverse_inertia, &torque))
 }
 
 /// 1 / x, and 0 where nothing moves.
@@ -126,11 +139,17 @@ fn inverse<L: Lanes>(x: Real<L>) -> Real<L> {
 
 /// Effective masses of a pack, and its warm start.
 #[inline(always)]
-pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
-    pack.inertia = [records.kept(lanes, &pack.a), records.kept(lanes, &pack.b)];
+pub fn prepare<S: Wide, L: Lanes>(
+    lanes: L,
+    (pack, beside): (&mut Pack<S>, &mut Beside<S>),
+    at: [Places<'_>; 2],
+    records: &Table<S>,
+) {
+    pack.inertia = [records.kept(lanes, &at[0]), records.kept(lanes, &at[1])];
     let frame = Frame::of(lanes, pack);
-    let (mut a, mut b) =
-        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
+    let (mut a, mut b) = (records.motion(lanes, &at[0]), records.motion(lanes, &at[1]));
+    let inertias = records.inertias(lanes, &at, &pack.inertia);
+    let inverse_masses = [a.inverse_mass, b.inverse_mass];
     let (zero, one) = (Real::all(lanes, 0.0), Real::all(lanes, 1.0));
     let (none, still) = (S::Vectors::all(zero), S::Spins::all(zero));
     let mut masses = Masses::<S, L>::zero(lanes);
@@ -139,7 +158,7 @@ pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Bes
     for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
         let mut unit = none;
         unit[m] = one;
-        let (normal, rubbing) = frame.column(&unit, &still, &a, &b);
+        let (normal, rubbing) = frame.column(&unit, &still, inverse_masses, &inertias);
         k_columns[m] = normal;
         for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
             masses.coupling[k][m] = rubbing[k];
@@ -149,7 +168,7 @@ pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Bes
     for m in 0..<S::Spins<f32> as Several<f32>>::LEN {
         let mut unit = still;
         unit[m] = one;
-        block[m] = frame.column(&none, &unit, &a, &b).1;
+        block[m] = frame.column(&none, &unit, inverse_masses, &inertias).1;
     }
     masses.slip = inverse(S::stiffest_slip(&block));
     let last = <S::Spins<f32> as Several<f32>>::LEN - 1;
@@ -181,9 +200,9 @@ pub fn prepare<S: Wide, L: Lanes>(lanes: L, pack: &mut Pack<S>, beside: &mut Bes
     for k in 0..<S::Spins<f32> as Several<f32>>::LEN {
         rubbing[k] = Real::load(lanes, &pack.rubbing[k]);
     }
-    frame.give(&pressing, &rubbing, &mut a, &mut b);
-    records.scatter(&pack.a, &a);
-    records.scatter(&pack.b, &b);
+    frame.give(&pressing, &rubbing, (&mut a, &mut b), &inertias);
+    records.scatter(&at[0], &a);
+    records.scatter(&at[1], &b);
 }
 
 /// How point i acts on the normal group.
@@ -199,11 +218,14 @@ pub fn lever<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, i: usize) -> S::Vector
 
 /// Normal velocities at the step's start, before loads and warm starts: what restitution turns round.
 #[inline(always)]
-pub fn approach<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
+pub fn approach<S: Wide, L: Lanes>(
+    lanes: L,
+    (pack, beside): (&Pack<S>, &mut Beside<S>),
+    at: [Places<'_>; 2],
+    records: &Table<S>,
+) {
     let frame = Frame::of(lanes, pack);
-    let (a, b) =
-        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
-    let (normal, _) = frame.twist(&a, &b);
+    let (normal, _) = frame.twist_now(lanes, records, at);
     for i in 0..<S::Points<f32> as Several<f32>>::LEN {
         beside.approach[i] = inner(&lever::<S, L>(lanes, pack, i), &normal).store();
     }

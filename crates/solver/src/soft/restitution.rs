@@ -9,17 +9,21 @@
 use super::bodies::Table;
 use super::pack::{Beside, KeptMasses, Pack};
 use super::prepare::{Frame, lever};
+use super::shared::Places;
 use carom_math::lanes::{Lanes, Real};
 use carom_math::wide::inner;
 use carom_math::{Several, Wide};
 
 /// Energy that restitution may give back, patch by patch, before anything bounces.
 #[inline(always)]
-pub fn compress<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, beside: &mut Beside<S>, records: &Table<S>) {
+pub fn compress<S: Wide, L: Lanes>(
+    lanes: L,
+    (pack, beside): (&Pack<S>, &mut Beside<S>),
+    at: [Places<'_>; 2],
+    records: &Table<S>,
+) {
     let frame = Frame::of(lanes, pack);
-    let (a, b) =
-        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
-    let (normal_twist, _) = frame.twist(&a, &b);
+    let (normal_twist, _) = frame.twist_now(lanes, records, at);
     let (zero, half) = (Real::all(lanes, 0.0), Real::all(lanes, 0.5));
     let restitution = Real::load(lanes, &beside.restitution);
     let mut work = zero;
@@ -35,16 +39,16 @@ pub fn compress<S: Wide, L: Lanes>(lanes: L, pack: &Pack<S>, beside: &mut Beside
 #[inline(always)]
 pub fn bounce<S: Wide, L: Lanes>(
     lanes: L,
-    pack: &Pack<S>,
-    beside: &mut Beside<S>,
+    (pack, beside): (&Pack<S>, &mut Beside<S>),
+    at: [Places<'_>; 2],
     records: &Table<S>,
     rest_speed: f32,
 ) {
     let points = <S::Points<f32> as Several<f32>>::LEN;
     let frame = Frame::of(lanes, pack);
-    let (mut a, mut b) =
-        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
+    let (mut a, mut b) = (records.motion(lanes, &at[0]), records.motion(lanes, &at[1]));
     let (normal_twist, _) = frame.twist(&a, &b);
+    let inertias = records.inertias(lanes, &at, &pack.inertia);
     let masses = KeptMasses::<S, L>::of(lanes, &pack.masses);
     let (zero, rest) = (Real::all(lanes, 0.0), Real::all(lanes, -rest_speed));
     let restitution = Real::load(lanes, &beside.restitution);
@@ -68,38 +72,27 @@ pub fn bounce<S: Wide, L: Lanes>(
             pressing[m] += lever[m] * change[i];
         }
     }
-    let scale = within_reach(lanes, &frame, &normal_twist, &pressing, (pack, beside, records));
+    // what they would do to the twist
+    let masses = [a.inverse_mass, b.inverse_mass];
+    let (gained, _) = frame.column(&pressing, &S::Spins::all(zero), masses, &inertias);
+    let returnable = Real::load(lanes, &beside.returnable);
+    let scale = within_reach(returnable, inner(&pressing, &normal_twist), inner(&pressing, &gained));
     for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
         pressing[m] = pressing[m] * scale;
     }
     for i in 0..points {
         beside.total[i] = (Real::load(lanes, &beside.total[i]) + change[i] * scale).store();
     }
-    frame.give(&pressing, &S::Spins::all(zero), &mut a, &mut b);
-    records.scatter(&pack.a, &a);
-    records.scatter(&pack.b, &b);
+    frame.give(&pressing, &S::Spins::all(zero), (&mut a, &mut b), &inertias);
+    records.scatter(&at[0], &a);
+    records.scatter(&at[1], &b);
 }
 
 /// Largest share of these impulses, at most 1, that gives back no more energy than may be.
 #[inline(always)]
-fn within_reach<S: Wide, L: Lanes>(
-    lanes: L,
-    frame: &Frame<S, L>,
-    twist: &S::Vectors<Real<L>>,
-    pressing: &S::Vectors<Real<L>>,
-    (pack, beside, records): (&Pack<S>, &Beside<S>, &Table<S>),
-) -> Real<L> {
-    let (mut a, mut b) =
-        (records.gather(lanes, &pack.a, &pack.inertia[0]), records.gather(lanes, &pack.b, &pack.inertia[1]));
-    let (zero, one) = (Real::all(lanes, 0.0), Real::all(lanes, 1.0));
-    frame.give(pressing, &S::Spins::all(zero), &mut a, &mut b);
-    let (mut gained, _) = frame.twist(&a, &b);
-    for m in 0..<S::Vectors<f32> as Several<f32>>::LEN {
-        gained[m] -= twist[m];
-    }
-    let returnable = Real::load(lanes, &beside.returnable);
-    let linear = inner(pressing, twist);
-    let quadratic = inner(pressing, &gained) * one.like(0.5);
+fn within_reach<L: Lanes>(returnable: Real<L>, linear: Real<L>, twice_quadratic: Real<L>) -> Real<L> {
+    let (zero, one) = (linear.like(0.0), linear.like(1.0));
+    let quadratic = twice_quadratic * one.like(0.5);
     // the root of s l + s^2 q = r without a difference of like numbers
     let root = (linear * linear + one.like(4.0) * quadratic * returnable).max(zero).sqrt();
     let least = one.like(1e-30);

@@ -11,6 +11,7 @@ use super::patch::{EightPatches, Last, Patch, PatchResult, Patches};
 use super::plan::{self, Plan, Share, Task};
 use super::prepare::{approach, prepare};
 use super::restitution::{bounce, compress};
+use super::shared::Joined;
 use super::sweep::{Spring, Sweep, sweep};
 use carom_math::lanes::{Eight, Job, Lanes, WIDTH, dispatch};
 use carom_math::workers::Turns;
@@ -59,8 +60,8 @@ pub struct SoftSolver<S: Wide> {
     /// Packs of groups that workers share; each worker has room for those of the group that it takes through a step.
     packs: Vec<Pack<S>>,
     rooms: Vec<Mutex<Vec<Pack<S>>>>,
-    /// Records of bodies a and b of each pack.
-    ids: Vec<[[u32; WIDTH]; 2]>,
+    /// Whom each pack joins.
+    joined: Joined,
     beside: Vec<Beside<S>>,
     /// What each pack's patches gave in the last substep.
     last: Vec<[Eight; WIDTH]>,
@@ -89,7 +90,7 @@ impl<S: Wide> Default for SoftSolver<S> {
             colours: Colours::default(),
             packs: Vec::new(),
             rooms: Vec::new(),
-            ids: Vec::new(),
+            joined: Joined::default(),
             beside: Vec::new(),
             last: Vec::new(),
             led: Vec::new(),
@@ -134,7 +135,7 @@ struct Steps<'a, S: Wide> {
     table: Table<'a, S>,
     chunks: Vec<Mutex<Chunk<'a, S>>>,
     rooms: &'a [Mutex<Vec<Pack<S>>>],
-    ids: &'a [[[u32; WIDTH]; 2]],
+    joined: &'a Joined,
     plan: &'a Plan,
     members: &'a [Range<usize>],
     order: &'a [u32],
@@ -243,7 +244,7 @@ impl<S: Wide> SoftSolver<S> {
     /// Eight patches of a colour to a pack.
     fn put_side_by_side(&mut self) {
         self.members.clear();
-        self.ids.clear();
+        self.joined.clear();
         self.shares.clear();
         self.places.clear();
         self.places.resize(self.patches.len(), (0, 0));
@@ -259,7 +260,7 @@ impl<S: Wide> SoftSolver<S> {
                         self.places[k as usize] = (self.members.len() as u32, lane as u8);
                         (ids[0][lane], ids[1][lane]) = self.patches.pairs[k as usize];
                     }
-                    self.ids.push(ids);
+                    self.joined.push(ids);
                     self.members.push(eight);
                 }
                 if list < lists.with_obstacles {
@@ -291,7 +292,7 @@ impl<S: Wide> SoftSolver<S> {
             table: self.records.table(self.obstacles),
             chunks,
             rooms: &self.rooms,
-            ids: &self.ids,
+            joined: &self.joined,
             plan: &self.plan,
             members: &self.members,
             order: &self.colours.order,
@@ -314,7 +315,7 @@ impl<S: Wide> SoftSolver<S> {
             for (lane, changed) in beside.changed.0.iter().enumerate() {
                 if f64::from(*changed) > told.changed {
                     told.changed = f64::from(*changed);
-                    worst = Some((self.ids[place][0][lane], self.ids[place][1][lane]));
+                    worst = Some(self.joined.lane(place, lane));
                 }
             }
         }
@@ -394,7 +395,7 @@ impl<S: Wide> Steps<'_, S> {
                     *resists = besides.iter().any(|beside| beside.resists);
                     continue;
                 }
-                let packs = packs.iter_mut().zip(besides.iter_mut());
+                let packs = packs.iter_mut().zip(besides.iter_mut()).zip(self.joined.behind(*first));
                 // loops and no closures: a closure that is not inlined has no registers
                 match *task {
                     Task::Accelerate(_)
@@ -404,22 +405,22 @@ impl<S: Wide> Steps<'_, S> {
                     | Task::BeginToLeadBodies
                     | Task::Pack => {}
                     Task::Approach => {
-                        for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
-                            approach(lanes, pack, beside, table);
+                        for ((pack, beside), at) in packs.filter(|((_, b), _)| b.bounces) {
+                            approach(lanes, (pack, beside), at, table);
                         }
                     }
                     Task::Prepare => {
-                        for (pack, beside) in packs {
-                            prepare(lanes, pack, beside, table);
+                        for (own, at) in packs {
+                            prepare(lanes, own, at, table);
                         }
                     }
                     Task::Sweep(Sweep::Springs, led) => {
-                        for (k, (pack, beside)) in packs.enumerate() {
+                        for (k, (own, at)) in packs.enumerate() {
                             let spring = if k < *with_obstacles { &stiffer } else { &spring };
                             sweep::<S, L, true>(
                                 lanes,
-                                pack,
-                                beside,
+                                own,
+                                at,
                                 table,
                                 spring,
                                 (Sweep::Springs, led, *resists),
@@ -427,35 +428,35 @@ impl<S: Wide> Steps<'_, S> {
                         }
                     }
                     Task::Sweep(kind, led) => {
-                        for (pack, beside) in packs {
-                            sweep::<S, L, false>(lanes, pack, beside, table, &rigid, (kind, led, *resists));
+                        for (own, at) in packs {
+                            sweep::<S, L, false>(lanes, own, at, table, &rigid, (kind, led, *resists));
                         }
                     }
                     Task::BeginToLead => {
                         self.beta.forget();
-                        for ((pack, beside), led) in packs.zip(led.iter_mut()) {
+                        for (((pack, beside), _), led) in packs.zip(led.iter_mut()) {
                             begin(pack, beside, led);
                         }
                     }
                     Task::Lead => {
                         let beta = self.beta.get();
-                        for ((pack, beside), led) in packs.zip(led.iter_mut()) {
+                        for (((pack, beside), _), led) in packs.zip(led.iter_mut()) {
                             lead(lanes, pack, beside, led, beta);
                         }
                     }
                     Task::Compress => {
-                        for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
-                            compress(lanes, pack, beside, table);
+                        for ((pack, beside), at) in packs.filter(|((_, b), _)| b.bounces) {
+                            compress(lanes, (pack, beside), at, table);
                         }
                     }
                     Task::Bounce => {
-                        for (pack, beside) in packs.filter(|(_, b)| b.bounces) {
-                            bounce(lanes, pack, beside, table, rest_speed);
+                        for ((pack, beside), at) in packs.filter(|((_, b), _)| b.bounces) {
+                            bounce(lanes, (pack, beside), at, table, rest_speed);
                         }
                     }
                     Task::Book => {
-                        for ((pack, beside), last) in packs.zip(lasts.iter_mut()) {
-                            book(lanes, pack, beside, table);
+                        for (((pack, beside), at), last) in packs.zip(lasts.iter_mut()) {
+                            book(lanes, (pack, beside), at, table);
                             *last = pack.last(lanes);
                         }
                     }
@@ -491,7 +492,6 @@ impl<S: Wide> Steps<'_, S> {
                 *beside = nothing;
             }
             let members = &self.order[members.clone()];
-            [pack.a, pack.b] = self.ids[place];
             if let Some(columns) = self.columns {
                 pack.fill(beside, &columns[place]);
             } else {
@@ -520,6 +520,8 @@ fn in_room<S: Wide>(room: &mut Vec<Pack<S>>, count: usize) -> &mut [Pack<S>] {
 #[cfg(test)]
 mod tests {
     use super::super::patch::{Numbers, Rare};
+    use super::super::prepare::Frame;
+    use super::super::sweep::gaps;
     use super::*;
     use carom_math::lanes::{Portable, in_fours};
     use carom_math::{Record, Several};
@@ -710,6 +712,44 @@ mod tests {
         }
         assert!(one.told().changed > 0.0 && one.told().changed.is_finite());
         assert!(one.told().rubbing_work < 0.0);
+    }
+
+    /// Whether the gaps that springs of a next substep would find are those of the poses, in how many packs.
+    struct Kept<'a, S: Wide>(&'a mut SoftSolver<S>);
+
+    impl<S: Wide> Job for Kept<'_, S> {
+        type Output = usize;
+        #[inline(always)]
+        fn work<L: Lanes>(self, lanes: L) -> usize {
+            let SoftSolver { records, rooms, beside, joined, .. } = self.0;
+            // one group is one chunk, in the room of the only worker
+            let (table, packs) = (records.table(2), rooms[0].get_mut().unwrap());
+            let mut fresh = 0;
+            for ((pack, beside), at) in packs.iter().zip(beside.iter()).zip(joined.behind(0)) {
+                let frame = Frame::of(lanes, pack);
+                let moved = [table.moved(lanes, &at[0]), table.moved(lanes, &at[1])];
+                let now = gaps(lanes, pack, &frame, moved);
+                let same = |i: usize| now[i].store() == beside.gaps[i];
+                assert!((0..S::Points::<f32>::LEN).all(same));
+                let begun = |i: usize| pack.points[i].gap == beside.gaps[i];
+                fresh += usize::from(!(0..S::Points::<f32>::LEN).all(begun));
+            }
+            fresh
+        }
+    }
+
+    fn springs_find_the_gaps_of_the_poses<S: Wide>() {
+        let (choice, workers) = (choice(None), Workers::new(1).unwrap());
+        let mut solver = chain::<S>(&mut Dice(3), 40);
+        solver.sort(2, &choice, &workers);
+        solver.share(&choice, &workers, |part| dispatch(part));
+        assert!(dispatch(Kept(&mut solver)) > 4, "bodies moved");
+    }
+
+    #[test]
+    fn springs_find_the_gaps_of_the_poses_in_plane_and_space() {
+        springs_find_the_gaps_of_the_poses::<Planar>();
+        springs_find_the_gaps_of_the_poses::<Spatial>();
     }
 
     #[test]

@@ -5,9 +5,10 @@
 //! true direction of slip. Relaxing sweeps have no springs: they take back the velocity that the springs pushed with. Rigid
 //! contacts are springs with m' = 1, i' = 0.
 
-use super::bodies::{Eightfold, Moved, Table};
+use super::bodies::{Moved, Table};
 use super::pack::{Beside, KeptMasses, Pack};
 use super::prepare::{Frame, lever};
+use super::shared::Places;
 use carom_math::lanes::{Eight, Lanes, Real};
 use carom_math::wide::inner;
 use carom_math::{Several, Wide};
@@ -63,11 +64,11 @@ pub enum Sweep {
 
 /// Gaps of the points now, from what the bodies moved and turned since the step began.
 #[inline(always)]
-fn gaps<S: Wide, L: Lanes>(
+pub(super) fn gaps<S: Wide, L: Lanes>(
     lanes: L,
     pack: &Pack<S>,
     frame: &Frame<S, L>,
-    (a, b): (Moved<S, L>, Moved<S, L>),
+    [a, b]: [Moved<S, L>; 2],
 ) -> S::Points<Real<L>> {
     let (lean_a, lean_b) = (S::wide_lean(&a.turn, &frame.normal), S::wide_lean(&b.turn, &frame.normal));
     let (mut apart, mut lean) = (a.by, lean_a);
@@ -87,6 +88,31 @@ fn gaps<S: Wide, L: Lanes>(
         for k in 0..<S::Slips<f32> as Several<f32>>::LEN {
             out[i] += along[k] * Real::load(lanes, &point.place[k]);
         }
+    }
+    out
+}
+
+/// Gaps of the points. Poses stand still between the relaxing sweeps of a substep and the springs of the next, which find the gaps
+/// that those left; the first of a step those of its start.
+#[inline(always)]
+fn gaps_now<S: Wide, L: Lanes, const SPRINGS: bool>(
+    lanes: L,
+    (pack, beside): (&Pack<S>, &mut Beside<S>),
+    at: &[Places<'_>; 2],
+    frame: &Frame<S, L>,
+    records: &Table<S>,
+) -> S::Points<Real<L>> {
+    if SPRINGS {
+        let mut out = S::Points::all(Real::all(lanes, 0.0));
+        for i in 0..<S::Points<f32> as Several<f32>>::LEN {
+            out[i] = Real::load(lanes, &beside.gaps[i]);
+        }
+        return out;
+    }
+    let moved = [records.moved(lanes, &at[0]), records.moved(lanes, &at[1])];
+    let out = gaps(lanes, pack, frame, moved);
+    for i in 0..<S::Points<f32> as Several<f32>>::LEN {
+        beside.gaps[i] = out[i].store();
     }
     out
 }
@@ -137,11 +163,12 @@ fn within<S: Wide, L: Lanes>(impulses: &S::Slips<Real<L>>, radius: Real<L>) -> S
         out[0] = (-radius).max(radius.min(out[0]));
         return out;
     }
-    let mut square = radius.like(1e-30);
-    for x in impulses.slice() {
-        square += *x * *x;
+    let (square, square_radius) = (inner(impulses, impulses), radius * radius);
+    // where everything sticks nobody waits for a root and a quotient
+    if !square_radius.somewhere_less(square) {
+        return out;
     }
-    let scale = radius.like(1.0).min(radius / square.sqrt());
+    let scale = square_radius.if_less(square, radius / square.sqrt(), radius.like(1.0));
     for x in out.slice_mut() {
         *x = *x * scale;
     }
@@ -179,8 +206,8 @@ fn rub<S: Wide, L: Lanes>(
 #[inline(always)]
 pub fn sweep<S: Wide, L: Lanes, const SPRINGS: bool>(
     lanes: L,
-    pack: &mut Pack<S>,
-    beside: &mut Beside<S>,
+    (pack, beside): (&mut Pack<S>, &mut Beside<S>),
+    at: [Places<'_>; 2],
     records: &Table<S>,
     spring: &Spring,
     (kind, led, resists): (Sweep, bool, bool),
@@ -188,19 +215,17 @@ pub fn sweep<S: Wide, L: Lanes, const SPRINGS: bool>(
     let relaxes = matches!(kind, Sweep::Relaxing | Sweep::Last);
     let points = <S::Points<f32> as Several<f32>>::LEN;
     let frame = Frame::of(lanes, pack);
-    let (mut a, moved_a) = records.gather_moved(lanes, &pack.a, &pack.inertia[0]);
-    let (mut b, moved_b) = records.gather_moved(lanes, &pack.b, &pack.inertia[1]);
-    let gaps = gaps(lanes, pack, &frame, (moved_a, moved_b));
-    let (mut normal_twist, mut slip_twist) = frame.twist(&a, &b);
-    let zero = Real::all(lanes, 0.0);
-    let mut pressing = S::Vectors::all(zero);
-    let mut sum = zero;
     let resists = resists && beside.resists;
     if resists {
         // the couplings between points know nothing of it: it comes first, and they see what it left
-        roll(lanes, pack, beside, &frame, &normal_twist, [&mut a, &mut b]);
-        normal_twist = frame.twist(&a, &b).0;
+        roll(lanes, (pack, beside), at, &frame, records);
     }
+    let gaps = gaps_now::<S, L, SPRINGS>(lanes, (pack, beside), &at, &frame, records);
+    let (mut a, mut b) = (records.motion(lanes, &at[0]), records.motion(lanes, &at[1]));
+    let (normal_twist, mut slip_twist) = frame.twist(&a, &b);
+    let zero = Real::all(lanes, 0.0);
+    let mut pressing = S::Vectors::all(zero);
+    let mut sum = zero;
     let masses = KeptMasses::<S, L>::of(lanes, &pack.masses);
     let (mut wanted, stiff) = wanted::<S, L, SPRINGS>(lanes, pack, &masses, &gaps, &normal_twist, spring);
     let mut change = gaps;
@@ -257,9 +282,10 @@ pub fn sweep<S: Wide, L: Lanes, const SPRINGS: bool>(
         }
         beside.length = length.store();
     }
-    frame.give(&pressing, &rubbing, &mut a, &mut b);
-    records.scatter(&pack.a, &a);
-    records.scatter(&pack.b, &b);
+    let inertias = records.inertias(lanes, &at, &pack.inertia);
+    frame.give(&pressing, &rubbing, (&mut a, &mut b), &inertias);
+    records.scatter(&at[0], &a);
+    records.scatter(&at[1], &b);
 }
 
 /// Friction of a pack by the velocities that its normal impulses left, within limits along the tangents and about the normal;
@@ -293,12 +319,13 @@ fn friction<S: Wide, L: Lanes>(
 #[inline(always)]
 fn roll<S: Wide, L: Lanes>(
     lanes: L,
-    pack: &Pack<S>,
-    beside: &mut Beside<S>,
+    (pack, beside): (&Pack<S>, &mut Beside<S>),
+    at: [Places<'_>; 2],
     frame: &Frame<S, L>,
-    twist: &S::Vectors<Real<L>>,
-    [a, b]: [&mut Eightfold<S, L>; 2],
+    records: &Table<S>,
 ) {
+    let (mut a, mut b) = (records.motion(lanes, &at[0]), records.motion(lanes, &at[1]));
+    let (twist, _) = frame.twist(&a, &b);
     let zero = Real::all(lanes, 0.0);
     let mut sum = zero;
     for i in 0..<S::Points<f32> as Several<f32>>::LEN {
@@ -316,7 +343,10 @@ fn roll<S: Wide, L: Lanes>(
         pressing[k + 1] = new[k] - Real::load(lanes, &beside.rolling_moment[k]);
         beside.rolling_moment[k] = new[k].store();
     }
-    frame.give(&pressing, &S::Spins::all(zero), a, b);
+    let inertias = records.inertias(lanes, &at, &pack.inertia);
+    frame.give(&pressing, &S::Spins::all(zero), (&mut a, &mut b), &inertias);
+    records.scatter(&at[0], &a);
+    records.scatter(&at[1], &b);
 }
 
 /// Takes back what rolling friction has beyond its disc, now that the normal impulses are known, and books the rest;
