@@ -165,8 +165,8 @@ type Columns<S, L> = <<S as Wide>::Record as Record>::Columns<Real<L>>;
 #[inline(always)]
 fn gather<S: Wide, L: Lanes>(lanes: L, record: impl Fn(usize) -> S::Record) -> Columns<S, L> {
     let mut rows = [S::Record::default(); WIDTH];
-    for k in 0..WIDTH {
-        rows[k] = record(k);
+    for (k, row) in rows.iter_mut().enumerate() {
+        *row = record(k);
     }
     S::Record::columns(lanes, rows)
 }
@@ -358,10 +358,10 @@ impl<S: Wide> Table<'_, S> {
         }
         let rows = S::Record::rows(numbers);
         let places = at.of(self.bodies.list());
-        for k in 0..WIDTH {
+        for (k, motion) in rows.into_iter().enumerate() {
             if !places.is_before(k, self.obstacles) {
                 let own = places.item(k);
-                own.set(Body { motion: rows[k], ..own.get() });
+                own.set(Body { motion, ..own.get() });
             }
         }
     }
