@@ -321,20 +321,32 @@ const FIRST: [f64; 2] = [30.0, 0.0];
 const EARLY: [f64; 2] = [100.0, 30.0];
 const ANY: [f64; 2] = [f64::INFINITY; 2];
 
-/// Cheap stages first; the later ones are for what the earlier ones do not solve. Sweeps that lead nowhere have often come
-/// to a place that none leads away from: from another start they do.
-const LADDER: [Rung; 24] = [
-    Rung::Sweeps(Sweeping { worth: 400, patience: 5.0 }, FIRST),
-    Rung::Glance(8, FIRST),
-    Rung::Sweeps(Sweeping { worth: 400, patience: 6.0 }, FIRST),
-    Rung::Glance(14, FIRST),
-    Rung::Sweeps(Sweeping { worth: 400, patience: 6.0 }, FIRST),
+/// What comes before all else where a bout of sweeps is cheap beside factorisations, as on the bodies of heaps. Sweeps that lead
+/// nowhere have often come to a place that none leads away from: from another start they do, and best from where the path has come,
+/// however far it has: there contacts have the states of the solution sooner than errors are small.
+const HEAPS: [Rung; 9] = [
+    Rung::Sweeps(Sweeping { worth: 400, patience: 10.0 }, ANY),
+    Rung::Near(20),
+    Rung::Glance(8, ANY),
+    Rung::Sweeps(Sweeping { worth: 400, patience: 10.0 }, ANY),
+    Rung::Near(20),
+    Rung::Path(SHARP, 200),
+    Rung::Near(60),
+    Rung::Sweeps(Sweeping { worth: 1000, patience: f64::INFINITY }, ANY),
+    Rung::Near(60),
+];
+
+/// The smoothing of the path that is followed first.
+const SHARP: f64 = 0.01;
+
+/// Cheap stages first; the later ones are for what the earlier ones do not solve.
+const LADDER: [Rung; 19] = [
     Rung::Interior(STARTS[0]),
     Rung::Sweeps(Sweeping { worth: 1000, patience: f64::INFINITY }, EARLY),
     Rung::Glance(20, EARLY),
     Rung::Sweeps(Sweeping { worth: 1000, patience: f64::INFINITY }, EARLY),
     Rung::Near(60),
-    Rung::Path(0.01, 200),
+    Rung::Path(SHARP, 200),
     Rung::Proximal(60),
     Rung::Sweeps(Sweeping { worth: 2000, patience: f64::INFINITY }, ANY),
     Rung::Near(60),
@@ -366,9 +378,13 @@ fn climb<const D: usize>(
     let mut tried = f64::INFINITY;
     x.clone_from(&solve.best);
     // of the form that the system begins with: one that it falls back to is dearer
-    let most = if is_cheap(solve, FIRST) { usize::MAX } else { goal.patience };
-    for rung in LADDER {
+    let is_heap = is_cheap(solve, FIRST);
+    let most = if is_heap { usize::MAX } else { goal.patience };
+    let first: &[Rung] = if is_heap && !goal.is_least() { &HEAPS } else { &[] };
+    for (place, &rung) in first.iter().chain(&LADDER).enumerate() {
         let skipped = match rung {
+            // from its one start it leads to the same place again
+            Rung::Path(SHARP, _) => place >= first.len() && !first.is_empty(),
             Rung::Near(_) => !(solve.best_errors.worst() < NEAR.min(tried)),
             Rung::Glance(_, most) | Rung::Sweeps(_, most) => goal.is_least() || !is_cheap(solve, most),
             _ => false,
