@@ -1,7 +1,7 @@
 //! The exact solver: Coulomb friction to the asked tolerance, one setting for every problem (theory chapter 7):
 //! A sweeps with the exact local solution, and Newton from where they end; B interior point on the nonassociated law;
 //! C a Newton finisher inside B; D proximal Newton; E one curve followed through its folds; F many sweeps;
-//! G a ladder of other starts. On the bodies of heaps F comes before B. The best iterate of all stages is returned with its
+//! G a ladder of other starts. On the bodies of heaps F and E come before B. The best iterate of all stages is returned with its
 //! errors. Contacts on bodies without friction alone are pivoted before all stages (`frictionless.rs`).
 
 // components are read by their index as in the equations; a negated comparison lets NaN through, as it should
@@ -322,8 +322,8 @@ const EARLY: [f64; 2] = [100.0, 30.0];
 const ANY: [f64; 2] = [f64::INFINITY; 2];
 
 /// What comes before all else where a bout of sweeps is cheap beside factorisations, as on the bodies of heaps. Sweeps that lead
-/// nowhere have often come to a place that none leads away from: from another start they do, and best from where the path has come,
-/// however far it has: there contacts have the states of the solution sooner than errors are small.
+/// nowhere have often come to a place that none leads away from: from another start they do, and often from where the path has come,
+/// however far it has: there contacts may have the states of the solution before errors are small.
 const HEAPS: [Rung; 9] = [
     Rung::Sweeps(Sweeping { worth: 400, patience: 10.0 }, ANY),
     Rung::Near(20),
