@@ -119,10 +119,9 @@ fn every_generator_but_towers_exists_in_both_spaces() {
 #[test]
 fn a_wall_at_rest_is_solved_by_the_interior_point_alone() {
     let problem = brick_wall::<Spatial>(25, 25, &Variation::at_rest(1)).unwrap();
-    let exact = SolverKind::ALL.into_iter().find(|k| k.name() == "exact").unwrap();
     let settings = SolveSettings { iterations: usize::MAX, tolerance: 1e-8, ..SolveSettings::default() };
     let mut stages = Vec::new();
-    let outcome = exact.make::<Spatial>().solve_watched(
+    let outcome = SolverKind::Exact.make::<Spatial>().solve_watched(
         &problem,
         &settings,
         &mut Impulses::zero(&problem),
@@ -142,7 +141,6 @@ fn a_wall_at_rest_is_solved_by_the_interior_point_alone() {
 fn what_folds_again_and_again_is_brought_near_by_many_sweeps() {
     let wall = brick_wall::<Spatial>(12, 12, &Variation::sheared(2)).unwrap();
     let lattice = sphere_lattice::<Spatial>(8, &Variation::perturbed(4)).unwrap();
-    let exact = SolverKind::ALL.into_iter().find(|k| k.name() == "exact").unwrap();
     for (problem, factorisations) in [(wall, 1500), (lattice, 60)] {
         let settings = SolveSettings {
             iterations: usize::MAX,
@@ -151,7 +149,7 @@ fn what_folds_again_and_again_is_brought_near_by_many_sweeps() {
             ..SolveSettings::default()
         };
         let mut swept = false;
-        let outcome = exact.make::<Spatial>().solve_watched(
+        let outcome = SolverKind::Exact.make::<Spatial>().solve_watched(
             &problem,
             &settings,
             &mut Impulses::zero(&problem),
@@ -170,11 +168,10 @@ fn what_folds_again_and_again_is_brought_near_by_many_sweeps() {
 #[test]
 fn where_sweeps_are_cheap_the_path_comes_before_a_long_interior_point() {
     let lattice = sphere_lattice::<Spatial>(8, &Variation::perturbed(4)).unwrap();
-    let exact = SolverKind::ALL.into_iter().find(|k| k.name() == "exact").unwrap();
     // no stage reaches it, so that all come
     let settings = SolveSettings { iterations: usize::MAX, tolerance: 0.0, ..SolveSettings::default() };
     let (mut stages, mut interior) = (Vec::new(), 0);
-    let outcome = exact.make::<Spatial>().solve_watched(
+    let outcome = SolverKind::Exact.make::<Spatial>().solve_watched(
         &lattice,
         &settings,
         &mut Impulses::zero(&lattice),

@@ -191,9 +191,8 @@ fn all_of(
         lines.push(family, problem, &Cost { solver: "exact", form: "matrix", what: &what, seconds, reached });
         still.matrix = within;
     }
-    let kind = SolverKind::ALL.into_iter().find(|k| k.name() == "exact");
-    if let Some(kind) = kind.filter(|_| still.bodies) {
-        let (seconds, reached, within) = on_bodies(kind, problem, &matrix, options);
+    if still.bodies {
+        let (seconds, reached, within) = on_bodies(SolverKind::Exact, problem, &matrix, options);
         lines.push(family, problem, &Cost { solver: "exact", form: "bodies", what: &what, seconds, reached });
         still.bodies = within;
     }
@@ -226,7 +225,6 @@ fn piles(options: &Options) -> Result<(), String> {
 pub fn hard(options: &Options) -> Result<(), String> {
     let mut lines = Lines { all: Vec::new() };
     let what = format!("to {:e}", options.tolerance);
-    let exact = SolverKind::ALL.into_iter().find(|k| k.name() == "exact").ok_or("no solver is exact")?;
     for seed in options.seed..options.seed + options.seeds {
         let pushed = PUSHED.iter().map(|&n| ("pushed", sphere_lattice(n, &Variation::perturbed(seed))));
         let sheared = SHEARED.iter().map(|&n| ("sheared", brick_wall(n, n, &Variation::sheared(seed))));
@@ -235,7 +233,8 @@ pub fn hard(options: &Options) -> Result<(), String> {
             if problem.contacts.len() > options.largest {
                 continue;
             }
-            let (seconds, reached, _) = on_bodies(exact, &problem, &matrix_form(&problem), options);
+            let (seconds, reached, _) =
+                on_bodies(SolverKind::Exact, &problem, &matrix_form(&problem), options);
             let cost = Cost { solver: "exact", form: "bodies", what: &what, seconds, reached };
             lines.push(family, &problem, &cost);
             save(options.out.as_deref(), "hard.csv", COLUMNS, &lines.all)?;
