@@ -9,7 +9,8 @@ const SETTLING: f64 = 10.0;
 const QUIET: f64 = 0.05;
 /// Fixed steps that follow: a step's problem is made of what the one before left.
 const FIXED: usize = 12;
-/// Most iterations of such a step, and what it is content with \[m/s\]: twenty sweeps would shake a pile that lies still.
+/// Most iterations of such a step, and what it is content with \[m/s\]: after steps of twenty, bodies are eight times as fast in the
+/// median.
 const ITERATIONS: usize = 500;
 const TOLERANCE: f64 = 1e-5;
 
