@@ -9,7 +9,7 @@ CARGO ?= cargo
 PIP_FLAGS := --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: bench-instructions bench-threads bench-growth bench-accuracy help demo test test-player test-firefox check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-hard bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-peers-check bench-peers-setup
+.PHONY: bench-instructions bench-threads bench-growth bench-accuracy help demo test test-player test-firefox check-player player playground bench-playground bench-player laws check bench bench-collide simbenchmark heaps bench-contact bench-contact-peers bench-contact-own bench-contact-hard bench-contact-piles bench-contact-stress docs look-at-site wheel test-rust test-python clean bench-peers bench-floor bench-peers-check bench-peers-setup
 
 help:
 	@echo "make demo    set up, run two scenes, write recordings, replay pages and plots to out/"
@@ -28,6 +28,7 @@ help:
 	@echo "make bench-growth [PAIRS=100000]    what a pair that touches costs soft_step, from a hundred pairs to a million; memory"
 	@echo "make bench-accuracy   auto and pgs alone to the same tolerances: time and residual"
 	@echo "make bench-peers [SCENES=..] [ENGINES=..] [THREADS=1,2]    carom, Box2D, Box3D, Rapier, Jolt, MuJoCo and pymunk in one run; long"
+	@echo "make bench-floor [SCENES=planar/rain] [ENGINES=carom/soft_step,box2d]    instructions and memory of a step of the race; needs valgrind"
 	@echo "make simbenchmark     SimBenchmark's tasks with carom's schemes, beside the published figures"
 	@echo "make heaps   boxes and hulls in a bin, 1000 bodies poured, a Kapla tower for 600 s: energy, overlap, books, cost; long"
 	@echo "make bench-contact    contact solvers beside Siconos and Pinocchio on public problems, as ratios"
@@ -220,6 +221,12 @@ bench-peers: $(VENV)/tools bench-peers-setup
 	  $(if $(SCENES),--scenes $(SCENES)) $(if $(ENGINES),--engines $(ENGINES)) $(if $(THREADS),--threads $(THREADS)) \
 	  $(if $(SLEEPING),--sleeping $(SLEEPING)) $(if $(REPEATS),--repeats $(REPEATS)) $(if $(PATIENCE),--patience $(PATIENCE))
 	$(BIN)/python $(RACE)/plot.py "$$(ls -t $(BENCH)/results/*/peers.csv | head -1)" out/peers.png
+
+# instructions of a step, and memory from beyond the second cache, scene by scene: minutes each, for valgrind is slow
+bench-floor: $(VENV)/tools bench-peers-setup
+	$(RACE_CARGO) build $(RACE_FLAGS) --features "$$RACE_FEATURES"
+	$(BIN)/python $(RACE)/count.py $(BENCH)/target/native/release/carom-race $(BENCH)/results/floor.csv \
+	  $(or $(SCENES),planar/rain,planar/tumbler) $(or $(ENGINES),carom/soft_step,box2d) $(PATIENCE)
 
 # every engine on a small pyramid, what the scenes promise, the judge; and the race's lints
 bench-peers-check: bench-peers-setup

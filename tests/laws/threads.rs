@@ -3,14 +3,15 @@
 
 use crate::harness::*;
 use carom::{
-    BodySpec, ForceField, Geometry, Motion, OnInaccurate, Scheme, Settings, SoftSettings, SolverKind,
-    StepTimes, World, Wrench,
+    BodySpec, ForceField, Geometry, Motion, OnInaccurate, Rotation, Scheme, Settings, SoftSettings,
+    SolverKind, StepTimes, World, Wrench,
 };
 
 in_plane_and_space!(
     any_number_of_threads_gives_the_same_bits,
     islands_are_solved_on_any_number_of_threads_with_the_same_bits,
     what_sleeps_sleeps_on_any_number_of_threads,
+    a_report_tells_the_energy_and_the_momenta_of_the_world,
     threads_may_change_in_the_middle_of_a_run,
     a_step_that_fails_leaves_the_world_as_it_was_on_any_number_of_threads,
     threads_are_no_part_of_snapshots,
@@ -110,29 +111,57 @@ pub fn islands_are_solved_on_any_number_of_threads_with_the_same_bits<S: Dimensi
 }
 
 /// A heap, and blocks that rest beside it and fall asleep; balls wake every third of them.
-pub fn what_sleeps_sleeps_on_any_number_of_threads<S: Dimension>() {
-    let drowsy = |threads: usize| {
-        let mut w = heap::<S>(Scheme::SoftStep, 700);
-        let soft = SoftSettings { sleeping: true, sleep_time: 0.04, ..SoftSettings::default() };
-        w.set_settings(Settings { soft, ..w.settings().clone() }).expect("in range");
-        for k in 0..600 {
-            let at = 30.0 + 2.0 * f64::from(k);
-            let block = BodySpec::dense(S::block(0.5, 0.5), 800.0).at(S::at(at, 0.25)).friction(0.4);
-            add(&mut w, &format!("rests {k}"), block);
-            if k % 3 == 0 {
-                let ball = BodySpec::dense(S::ball(0.25), 900.0).at(S::at(at, 0.8)).friction(0.4);
-                add(&mut w, &format!("falls {k}"), ball);
-            }
+fn drowsy<S: Dimension>(threads: usize) -> World<S> {
+    let mut w = heap::<S>(Scheme::SoftStep, 700);
+    let soft = SoftSettings { sleeping: true, sleep_time: 0.04, ..SoftSettings::default() };
+    w.set_settings(Settings { soft, ..w.settings().clone() }).expect("in range");
+    for k in 0..600 {
+        let at = 30.0 + 2.0 * f64::from(k);
+        let block = BodySpec::dense(S::block(0.5, 0.5), 800.0).at(S::at(at, 0.25)).friction(0.4);
+        add(&mut w, &format!("rests {k}"), block);
+        if k % 3 == 0 {
+            let ball = BodySpec::dense(S::ball(0.25), 900.0).at(S::at(at, 0.8)).friction(0.4);
+            add(&mut w, &format!("falls {k}"), ball);
         }
-        w.set_threads(threads).unwrap();
-        w
-    };
-    let mut w = drowsy(1);
+    }
+    w.set_threads(threads).unwrap();
+    w
+}
+
+/// Blocks fall asleep and wake on any number of threads at the same steps.
+pub fn what_sleeps_sleeps_on_any_number_of_threads<S: Dimension>() {
+    let mut w = drowsy::<S>(1);
     let counts: Vec<usize> = (0..20).map(|_| step(&mut w).asleep).collect();
     assert!(counts.contains(&600) && counts.contains(&400), "{counts:?}");
-    let alone = told(drowsy(1), 20);
+    let alone = told(drowsy::<S>(1), 20);
     for threads in [2, 8] {
-        assert!(told(drowsy(threads), 20) == alone, "on {threads} threads");
+        assert!(told(drowsy::<S>(threads), 20) == alone, "on {threads} threads");
+    }
+}
+
+/// What workers book of bodies while they move is, bit by bit, what the world says of itself after the step, whoever sleeps, is
+/// driven, is damped or was turned by hand; and rotations have unit length.
+pub fn a_report_tells_the_energy_and_the_momenta_of_the_world<S: Dimension>() {
+    let mut damped = heap::<S>(Scheme::SoftStep, 300);
+    let block = BodySpec::dense(S::block(0.5, 0.5), 800.0).at(S::at(-6.0, 9.0)).spinning(S::turn(3.0));
+    add(&mut damped, "damped", BodySpec { linear_damping: 0.3, angular_damping: 0.2, ..block });
+    for mut w in
+        [drowsy::<S>(1), drowsy::<S>(3), heap(Scheme::SoftStep, 700), damped, heap(Scheme::FixedStep, 300)]
+    {
+        for k in 0..12 {
+            if k == 5 {
+                let turned =
+                    w.motion_mut().rotation[3].as_slice().iter().map(|x| 1.5 * x).collect::<Vec<_>>();
+                w.motion_mut().rotation[3] = S::Rotation::from_slice(&turned).expect("a turn");
+            }
+            let report = step(&mut w);
+            assert_eq!(report.energy, w.energy(), "step {k}");
+            assert_eq!(report.momenta, w.momenta(), "step {k}");
+            for (i, turn) in w.bodies().motion.rotation.iter().enumerate() {
+                let square: f64 = turn.as_slice().iter().map(|x| x * x).sum();
+                at_most((square - 1.0).abs(), 4e-16, &format!("step {k}, body {i}: squared length off 1"));
+            }
+        }
     }
 }
 

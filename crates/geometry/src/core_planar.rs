@@ -2,7 +2,6 @@
 //! from corner i to the next with the outward normal i. A segment is a ring of two corners, a point has no edge.
 
 use carom_math::{Column, Vec2, vec2};
-use std::sync::Arc;
 
 /// Corners of a row.
 const ROW: usize = 4;
@@ -11,13 +10,17 @@ const MOST: usize = 2 * ROW;
 
 /// A convex core of the plane.
 #[derive(Clone, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "what stands behind a pointer is another line of memory to wait for"
+)]
 pub enum PlanarCore {
     /// The core of a circle.
     Point([Vec2; 1]),
     /// The core of a capsule, a wall, one piece of a polyline: corners and the normals of its two sides.
     Segment([Vec2; 2], [Vec2; 2]),
     /// Corners, counter-clockwise, and outward unit normals of the edges.
-    Polygon(Arc<Polygon>),
+    Polygon(Polygon),
 }
 
 /// A convex polygon.
@@ -98,7 +101,7 @@ impl PlanarCore {
         let n = corners.len();
         let normals: Vec<Vec2> = (0..n).map(|i| edge_normal(corners[i], corners[(i + 1) % n])).collect();
         let rows = Rows::of(&corners, &normals);
-        PlanarCore::Polygon(Arc::new(Polygon { corners, normals, rows, half }))
+        PlanarCore::Polygon(Polygon { corners, normals, rows, half })
     }
     /// A rectangle about the origin.
     pub fn rectangle(half: [f64; 2]) -> Self {

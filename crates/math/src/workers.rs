@@ -5,7 +5,7 @@
 //! delays nobody. Between stages workers wait by giving their time away, between regions they sleep after a while. One
 //! worker is the same text without threads. Knows no physics.
 
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A handle on threads that are kept while handles are; one worker, the default, has none and works where it is called.
@@ -108,6 +108,47 @@ impl Workers {
         self.share(parts, |(first, items)| work(*first, items));
     }
 
+    /// Whether all of some items are so: chunks of `size` are asked until one says no. Few are one chunk.
+    pub fn all<I: Sync>(&self, items: &[I], size: usize, is_so: impl Fn(&I) -> bool + Sync) -> bool {
+        if self.is_for_one(items.len(), size) {
+            return items.iter().all(is_so);
+        }
+        let one_is_not = AtomicBool::new(false);
+        self.stages(&[items.len().div_ceil(size) as u32], |turns| {
+            for (_, chunk) in turns {
+                let own = &items[chunk * size..items.len().min((chunk + 1) * size)];
+                if !one_is_not.load(Ordering::Relaxed) && !own.iter().all(&is_so) {
+                    one_is_not.store(true, Ordering::Relaxed);
+                }
+            }
+        });
+        !one_is_not.into_inner()
+    }
+
+    /// Works on columns of something that is cut into stretches: each has so many of some of its items, ascending, and beside each
+    /// item one of a list. Few are one stretch.
+    pub fn along<C: Cut, T: Send>(
+        &self,
+        (columns, some, beside): (C, &[u32], &mut [T]),
+        size: usize,
+        work: impl Fn(&mut C, u32, &mut T) + Sync,
+    ) {
+        let each = |columns: &mut C, own: &[u32], beside: &mut [T]| {
+            own.iter().zip(beside).for_each(|(item, beside)| work(columns, *item, beside));
+        };
+        if self.is_for_one(some.len(), size) {
+            let mut columns = columns;
+            return each(&mut columns, some, beside);
+        }
+        let (mut parts, mut rest) = (Vec::with_capacity(some.len().div_ceil(size)), columns);
+        for (own, beside) in some.chunks(size).zip(beside.chunks_mut(size)) {
+            let stretch;
+            (stretch, rest) = rest.cut_behind(own[own.len() - 1] as usize);
+            parts.push((stretch, own, beside));
+        }
+        self.share(parts, |(stretch, own, beside)| each(stretch, own, beside));
+    }
+
     /// Works on parts of something, each for itself.
     pub fn share<P: Send>(&self, parts: Vec<P>, work: impl Fn(&mut P) + Sync) {
         let parts: Vec<_> = parts.into_iter().map(Mutex::new).collect();
@@ -117,6 +158,12 @@ impl Workers {
             }
         });
     }
+}
+
+/// Columns of items that can be cut in two, for workers to write their own stretches.
+pub trait Cut: Sized + Send {
+    /// Up to an item, and what is behind it.
+    fn cut_behind(self, item: usize) -> (Self, Self);
 }
 
 /// What chunks work in; kept from call to call, so that nothing is asked of the heap.
@@ -455,6 +502,47 @@ mod tests {
             };
             Workers::new(count).unwrap().each(&mut items, 16, work);
             assert!(items.iter().enumerate().all(|(k, item)| *item == k + 1));
+        }
+    }
+
+    #[test]
+    fn one_that_is_not_so_is_found_wherever_it_is() {
+        let items: Vec<usize> = (0..500).collect();
+        for count in COUNTS {
+            let workers = Workers::new(count).unwrap();
+            assert!(workers.all(&items, 16, |item| *item < 500) && workers.all(&items[..0], 16, |_| false));
+            for bad in [0, 15, 16, 250, 499] {
+                assert!(!workers.all(&items, 16, |item| *item != bad), "{bad} of {count} workers");
+            }
+        }
+    }
+
+    /// A stretch of a column.
+    struct Stretch<'a>(usize, &'a mut [u32]);
+
+    impl Cut for Stretch<'_> {
+        fn cut_behind(self, item: usize) -> (Self, Self) {
+            let (own, rest) = self.1.split_at_mut(item + 1 - self.0);
+            (Stretch(self.0, own), Stretch(item + 1, rest))
+        }
+    }
+
+    #[test]
+    fn each_of_some_items_of_columns_is_worked_on_once() {
+        let some: Vec<u32> = (0..900).filter(|i| i % 3 != 1).collect();
+        for count in COUNTS {
+            let (mut column, mut beside) = (vec![0; 1000], vec![0; some.len()]);
+            let workers = Workers::new(count).unwrap();
+            for items in [some.as_slice(), &some[..20], &[]] {
+                column.fill(0);
+                workers.along((Stretch(0, &mut column), items, &mut beside), 16, |own, i, beside| {
+                    own.1[i as usize - own.0] += i + 1;
+                    *beside = i;
+                });
+                let of = |i: u32| if items.contains(&i) { i + 1 } else { 0 };
+                assert!((0..1000).all(|i| column[i as usize] == of(i)));
+                assert_eq!(&beside[..items.len()], items);
+            }
         }
     }
 

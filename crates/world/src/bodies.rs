@@ -3,6 +3,7 @@
 
 mod roles;
 mod some;
+mod stretch;
 
 use crate::body::{BodyKind, BodySpec, MassSource};
 use crate::error::BuildError;
@@ -13,6 +14,7 @@ use carom_math::{Column, Inertia, Pose, Rotation, Space};
 use carom_solver::{InverseMass, Twist};
 use roles::Roles;
 use std::collections::BTreeMap;
+pub(crate) use stretch::MotionStretch;
 
 /// The moving state of all bodies, one entry per body in each array.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -124,6 +126,32 @@ pub struct BodyData<S: Geometry> {
 }
 
 impl<S: Geometry> BodyData<S> {
+    /// True for a body that impulses move.
+    #[inline]
+    pub fn is_dynamic(&self) -> bool {
+        self.kind == BodyKind::Dynamic
+    }
+    /// Inverse mass and inverse inertia in world axes at an orientation.
+    #[inline]
+    pub fn inverse_mass_at(&self, rotation: &S::Rotation) -> InverseMass<S> {
+        InverseMass { linear: self.inverse_mass, angular: S::turned(&self.inverse_inertia, rotation) }
+    }
+    /// Inertia in world axes about the centre of mass at an orientation \[kg m^2\].
+    #[inline]
+    pub fn inertia_at(&self, rotation: &S::Rotation) -> S::Inertia {
+        S::turned(&self.mass_properties.inertia, rotation)
+    }
+    /// Linear momentum m v \[kg m/s\], if it moved so.
+    #[inline]
+    pub fn momentum(&self, twist: &Twist<S>) -> S::Vector {
+        twist.linear * self.mass_properties.mass
+    }
+    /// Angular momentum about the world's origin x x p + I w \[kg m^2/s\], if it moved so.
+    #[inline]
+    pub fn angular_momentum(&self, (pose, twist): (&Pose<S>, &Twist<S>)) -> S::Spin {
+        let own = self.inertia_at(&pose.rotation).apply(twist.angular);
+        S::moment(pose.position, self.momentum(twist)) + own
+    }
     /// How far a point of the surface moves per radian of turning \[m\], with what a ball's surface moves in itself: what
     /// spin can become by friction.
     pub fn reach_of_turning(&self) -> f64 {
@@ -175,16 +203,12 @@ impl<S: Geometry> Bodies<S> {
     /// Inverse mass and inverse inertia in world axes at the present orientation.
     #[inline]
     pub fn inverse_mass(&self, i: usize) -> InverseMass<S> {
-        let d = &self.data[i];
-        InverseMass {
-            linear: d.inverse_mass,
-            angular: S::turned(&d.inverse_inertia, &self.motion.rotation[i]),
-        }
+        self.data[i].inverse_mass_at(&self.motion.rotation[i])
     }
     /// Inertia in world axes about the centre of mass \[kg m^2\]; zero for obstacles and particles.
     #[inline]
     pub fn inertia(&self, i: usize) -> S::Inertia {
-        S::turned(&self.data[i].mass_properties.inertia, &self.motion.rotation[i])
+        self.data[i].inertia_at(&self.motion.rotation[i])
     }
     /// Name of a body's material.
     pub fn material(&self, i: usize) -> Option<&str> {
@@ -193,7 +217,7 @@ impl<S: Geometry> Bodies<S> {
     /// Linear momentum p = m v \[kg m/s\]; zero for obstacles.
     #[inline]
     pub fn momentum(&self, i: usize) -> S::Vector {
-        self.motion.velocity[i] * self.data[i].mass_properties.mass
+        self.data[i].momentum(&self.motion.twist(i))
     }
     /// Angular momentum about the centre of mass L = I w \[kg m^2/s\].
     #[inline]
@@ -203,7 +227,7 @@ impl<S: Geometry> Bodies<S> {
     /// Angular momentum about the world's origin, x x p + I w.
     #[inline]
     pub fn angular_momentum(&self, i: usize) -> S::Spin {
-        S::moment(self.motion.position[i], self.momentum(i)) + self.spin_momentum(i)
+        self.data[i].angular_momentum((&self.motion.pose(i), &self.motion.twist(i)))
     }
     /// Kinetic energy of translation, 1/2 m v^2 \[J\].
     pub fn translational_energy(&self, i: usize) -> f64 {

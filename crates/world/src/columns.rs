@@ -4,12 +4,11 @@
 use crate::ahead::{Ahead, Mover};
 use crate::flight::Flight;
 use carom_geometry::{Aabb, Geometry};
+use carom_math::workers::Cut;
 use carom_math::{Column, Pose, Rotation, Workers};
 
 /// Bodies that a worker takes at a time; nothing depends on it but the time.
 pub(crate) const CHUNK: usize = 128;
-/// So many bodies are placed before others have come.
-const FEW: usize = 3 * CHUNK;
 
 /// Columns of bodies with a shape.
 pub(crate) struct Columns<S: Geometry> {
@@ -135,17 +134,10 @@ impl<S: Geometry> Columns<S> {
 
     /// Does something with some bodies, ascending.
     fn each(&mut self, some: &[u32], workers: &Workers, of: impl Fn(&mut Stretch<'_, S>, usize) + Sync) {
-        let mut rest = self.stretch();
-        if workers.is_alone() || some.len() <= FEW {
-            return some.iter().for_each(|k| of(&mut rest, *k as usize));
-        }
-        let mut parts = Vec::with_capacity(some.len().div_ceil(CHUNK));
-        for own in some.chunks(CHUNK) {
-            let stretch;
-            (stretch, rest) = rest.split_behind(own[own.len() - 1] as usize);
-            parts.push((stretch, own));
-        }
-        workers.share(parts, |(stretch, own)| own.iter().for_each(|k| of(stretch, *k as usize)));
+        // beside them is nothing, which takes no memory
+        let mut nothing = vec![(); some.len()];
+        let columns = (self.stretch(), some, nothing.as_mut_slice());
+        workers.along(columns, CHUNK, |stretch, k, ()| of(stretch, k as usize));
     }
 
     fn stretch(&mut self) -> Stretch<'_, S> {
@@ -169,9 +161,8 @@ struct Stretch<'a, S: Geometry> {
     flights: &'a mut [Flight],
 }
 
-impl<S: Geometry> Stretch<'_, S> {
-    /// Up to a body, and what is behind it.
-    fn split_behind(self, last: usize) -> (Self, Self) {
+impl<S: Geometry> Cut for Stretch<'_, S> {
+    fn cut_behind(self, last: usize) -> (Self, Self) {
         let count = last + 1 - self.first;
         let (movers, poses) = (self.movers.split_at_mut(count), self.poses.split_at_mut(count));
         let (bounds, margins) = (self.bounds.split_at_mut(count), self.margins.split_at_mut(count));
@@ -205,7 +196,9 @@ impl<S: Geometry> Stretch<'_, S> {
             },
         )
     }
+}
 
+impl<S: Geometry> Stretch<'_, S> {
     /// Box, pose, speed and margin of a body in the step ahead.
     #[inline(always)]
     fn place(&mut self, k: usize, colliders: &[S::Collider], ahead: &Ahead<S>) {

@@ -14,6 +14,9 @@ const SOME: u32 = 4;
 /// Searches without room after pairs that did not last.
 const PAUSE: u32 = 16;
 
+/// Boxes that a worker looks at at a time.
+const BOXES: usize = 512;
+
 /// Pairs, and the boxes that they were looked for in.
 #[derive(Default)]
 pub(crate) struct Lasting<S: Space> {
@@ -33,8 +36,8 @@ pub(crate) struct Lasting<S: Space> {
 
 impl<S: Space> Lasting<S> {
     /// Whether the pairs of the last search stand for a step more; else they are to be searched for.
-    pub fn stand(&mut self, bounds: &[Aabb<S>], changed: &Changed<'_>) -> bool {
-        let stand = self.are_within(bounds, changed);
+    pub fn stand(&mut self, bounds: &[Aabb<S>], changed: &Changed<'_>, workers: &Workers) -> bool {
+        let stand = self.are_within(bounds, changed, workers);
         if stand {
             (self.lasted, self.stood) = (self.lasted + 1, true);
         }
@@ -75,7 +78,7 @@ impl<S: Space> Lasting<S> {
         if self.stood {
             return;
         }
-        hand_on((&self.pairs, &mut self.remembered), pairs, &mut self.room);
+        hand_on((&self.pairs, &mut self.remembered), pairs, &mut self.room, workers);
         self.pairs.clear();
         self.pairs.extend_from_slice(pairs);
         self.number += 1;
@@ -97,13 +100,13 @@ impl<S: Space> Lasting<S> {
     }
 
     /// Whether everybody is in the box that it was looked for in.
-    fn are_within(&self, bounds: &[Aabb<S>], changed: &Changed<'_>) -> bool {
+    fn are_within(&self, bounds: &[Aabb<S>], changed: &Changed<'_>, workers: &Workers) -> bool {
         let within = |k: &u32| self.boxes[*k as usize].contains(&bounds[*k as usize]);
         changed.stands_as_before
             && changed.sleeps_as_before
             && self.pause == 0
             && self.boxes.len() == bounds.len()
-            && changed.others.iter().all(within)
+            && workers.all(changed.others, BOXES, within)
     }
 
     /// Forgets the pairs.
@@ -162,7 +165,7 @@ mod tests {
             let may = |i: usize, j: usize| !(i + j).is_multiple_of(3);
             let sift = |pairs: &mut Vec<(u32, u32)>| pairs.retain(|p| may(p.0 as usize, p.1 as usize));
             let (number, old) = (lasting.number(), lasting.pairs().0.to_vec());
-            if !lasting.stand(&bounds, &changed) {
+            if !lasting.stand(&bounds, &changed, &Workers::default()) {
                 lasting.search(&mut broad, (&bounds, &movable), changed, &sift, &Workers::default());
             }
             let found = lasting.pairs().0;

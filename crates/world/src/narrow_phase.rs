@@ -161,7 +161,7 @@ impl<S: Geometry> NarrowPhase<S> {
         if lasts(settings) {
             // of what rests nothing is swift, and it may be a million bodies
             self.columns.somebody_halts = others.iter().any(|k| self.columns.halts[*k as usize] == 0.0);
-            if !self.lasting.stand(&self.columns.bounds, &changed) {
+            if !self.lasting.stand(&self.columns.bounds, &changed, &self.workers) {
                 self.columns.make_flights(others, &self.workers);
                 let columns = &self.columns;
                 let boxes = (columns.bounds.as_slice(), self.movable.as_slice());

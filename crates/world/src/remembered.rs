@@ -3,7 +3,7 @@
 //! direction is kept to a millionth of a radian, and whoever looks at a pair writes its own.
 
 use carom_geometry::Guess;
-use carom_math::{Column, Space};
+use carom_math::{Column, Space, Workers};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Bits of a component.
@@ -23,6 +23,12 @@ pub(crate) struct Remembered {
 }
 
 impl Remembered {
+    /// The same for another list.
+    fn again(&self) -> Self {
+        let number = |bits: &AtomicU64| bits.load(Relaxed).into();
+        Remembered { direction: number(&self.direction), level: number(&self.level) }
+    }
+
     /// What to begin a look with.
     #[inline]
     pub fn guess<S: Space>(&self) -> Guess<S> {
@@ -50,19 +56,30 @@ impl Remembered {
     }
 }
 
+/// Pairs that a worker takes at a time.
+const PAIRS: usize = 512;
+
 /// What is remembered of some pairs handed on to others, both in lexicographic order; of new pairs it is nothing.
 pub(crate) fn hand_on(
     (old, remembered): (&[(u32, u32)], &mut Vec<Remembered>),
     pairs: &[(u32, u32)],
     room: &mut Vec<Remembered>,
+    workers: &Workers,
 ) {
-    room.clear();
-    let mut known = old.iter().zip(remembered.drain(..)).peekable();
-    for pair in pairs {
-        while known.next_if(|(one, _)| *one < pair).is_some() {}
-        room.push(known.next_if(|(one, _)| *one == pair).map_or_else(Remembered::default, |known| known.1));
-    }
-    drop(known);
+    // what was there is written over
+    room.resize_with(pairs.len(), Remembered::default);
+    let known = remembered.as_slice();
+    let old = &old[..old.len().min(known.len())];
+    workers.each(room, PAIRS, |first, room| {
+        let own = &pairs[first..first + room.len()];
+        let mut at = own.first().map_or(0, |least| old.partition_point(|pair| pair < least));
+        for (to, pair) in room.iter_mut().zip(own) {
+            while old.get(at).is_some_and(|one| one < pair) {
+                at += 1;
+            }
+            *to = if old.get(at) == Some(pair) { known[at].again() } else { Remembered::default() };
+        }
+    });
     std::mem::swap(remembered, room);
 }
 
@@ -103,11 +120,37 @@ mod tests {
     #[test]
     fn pairs_that_stay_are_remembered() {
         let old = [(0, 1), (0, 3), (1, 2), (4, 5)];
-        let of = |number: u64| Remembered { direction: number.into(), ..Remembered::default() };
+        let of = |number: u64| Remembered { direction: number.into(), level: (number + 1).into() };
         let mut all: Vec<Remembered> = old.iter().map(|p| of(u64::from(p.0 + 10 * p.1))).collect();
         let new = [(0, 2), (0, 3), (1, 2), (2, 3), (4, 5), (6, 7)];
-        hand_on((&old, &mut all), &new, &mut Vec::new());
-        let numbers: Vec<u64> = all.iter().map(|g| g.direction.load(Relaxed)).collect();
-        assert_eq!(numbers, [0, 30, 21, 0, 54, 0]);
+        hand_on((&old, &mut all), &new, &mut Vec::new(), &Workers::default());
+        let numbers = |all: &[Remembered]| -> Vec<[u64; 2]> {
+            all.iter().map(|g| [g.direction.load(Relaxed), g.level.load(Relaxed)]).collect()
+        };
+        assert_eq!(numbers(&all), [[0, 0], [30, 31], [21, 22], [0, 0], [54, 55], [0, 0]]);
+        // of pairs that were forgotten nothing is known, and what lay in the room is not taken for it
+        let mut room = std::mem::take(&mut all);
+        hand_on((&new, &mut all), &new[..3], &mut room, &Workers::default());
+        assert_eq!(numbers(&all), [[0, 0]; 3]);
+    }
+
+    #[test]
+    fn workers_hand_on_what_one_does() {
+        let pairs = |step: u32| -> Vec<(u32, u32)> {
+            let all = (0..3000).filter(move |k| k % step != 1);
+            all.map(|k| (k / 4, k / 4 + 1 + k % 4)).collect()
+        };
+        let (old, new) = (pairs(5), pairs(3));
+        let of = |k: u64| Remembered { direction: (k + 1).into(), level: (2 * k).into() };
+        let told = |workers: &Workers| -> Vec<[u64; 2]> {
+            let mut all: Vec<Remembered> = (0..old.len() as u64).map(of).collect();
+            hand_on((&old, &mut all), &new, &mut Vec::new(), workers);
+            all.iter().map(|one| [one.direction.load(Relaxed), one.level.load(Relaxed)]).collect()
+        };
+        let alone = told(&Workers::default());
+        assert!(alone.len() == new.len() && alone.iter().filter(|one| one[0] > 0).count() > 1500);
+        for count in [2, 3, 8] {
+            assert_eq!(alone, told(&Workers::new(count).unwrap()));
+        }
     }
 }

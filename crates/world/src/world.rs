@@ -14,7 +14,7 @@ use crate::bodies::{Bodies, Motion};
 use crate::body::{BodyKind, BodySpec};
 use crate::error::{BuildError, StepError};
 use crate::force::{ForceField, Wrench};
-use crate::integrate::Step;
+use crate::integrate::{Step, is_unit};
 use crate::joint::{self, Reaction};
 use crate::material::MaterialPair;
 use crate::narrow_phase::{NarrowPhase, Touch};
@@ -28,12 +28,12 @@ use crate::settings::{Scheme, Settings};
 use crate::stepping::events::tape::Tape;
 use crate::stepping::schemes::{JointsLast, Schemes};
 use crate::stepping::soft_step::{PatchList, Standing as StandingFaces};
-use crate::stepping::{Outside, SchemeReport};
+use crate::stepping::{CameTo, Outside, SchemeReport};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Planar, Rotation, Spatial};
 use carom_solver::{Certificate, ContactProblem, Impulses, Watch, unwatched};
-use standing::{UNIT, Written};
+use standing::Written;
 pub(crate) use trajectory::Trajectory;
 
 /// A world of the plane.
@@ -481,12 +481,16 @@ impl<S: Geometry> World<S> {
             let contacts = self.schemes.met(&self.touches).0;
             return Err(StepError::Interrupted { phase: Phase::Contact.name(), contacts, time: self.time });
         }
-        let turned = self.normalize_rotations(as_before);
-        self.check_after()?;
+        if !as_before || scheme.came_to.is_none() {
+            if self.normalize_rotations(as_before) {
+                scheme.came_to = None;
+            }
+            self.check_after()?;
+        }
         let asleep = self.bodies.asleep().len();
         self.settle(dt, &mut scheme.ledger);
-        if turned || self.bodies.asleep().len() > asleep {
-            scheme.energy = None;
+        if self.bodies.asleep().len() > asleep {
+            scheme.came_to = None;
         }
         self.warm.joints = joint::left(&self.bodies);
         Ok(self.observe(before, &of_groups, scheme, dt))
@@ -494,7 +498,7 @@ impl<S: Geometry> World<S> {
 
     /// Takes the scheme's step; once more where force fields, which are asked within it, push a body to contacts that
     /// were not looked for.
-    fn advance_scheme(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport, StepError> {
+    fn advance_scheme(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport<S>, StepError> {
         self.expect_applied(dt);
         let report = self.advance_once(dt, watch)?;
         if !self.was_pushed_further(dt) || !self.overlooked_some(dt) {
@@ -504,7 +508,7 @@ impl<S: Geometry> World<S> {
         self.advance_once(dt, watch)
     }
 
-    fn advance_once(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport, StepError> {
+    fn advance_once(&mut self, dt: f64, watch: &mut Watch) -> Result<SchemeReport<S>, StepError> {
         let step = Step { time: self.time, dt, gravity: self.settings.gravity };
         self.schemes.ran = self.settings.scheme;
         self.schemes.begin_accounts(self.bodies.len(), !self.groups.is_empty());
@@ -566,10 +570,11 @@ impl<S: Geometry> World<S> {
         &mut self,
         before: Energy,
         of_groups: &[(Energy, Momenta<S>)],
-        scheme: SchemeReport,
+        scheme: SchemeReport<S>,
         dt: f64,
     ) -> StepReport<S> {
-        let energy = scheme.energy.unwrap_or_else(|| self.energy());
+        let CameTo { energy, momenta } =
+            scheme.came_to.unwrap_or_else(|| CameTo { energy: self.energy(), momenta: self.momenta() });
         self.known_energy = Some(energy);
         let (accounts, gravity) = (self.schemes.accounts(), self.settings.gravity);
         let groups = self.groups.close(of_groups, accounts, &self.bodies, gravity);
@@ -597,7 +602,7 @@ impl<S: Geometry> World<S> {
             deepest,
             events: scheme.events,
             energy,
-            momenta: self.momenta(),
+            momenta,
             ledger,
             groups,
             joints: self.reactions(),
@@ -608,8 +613,7 @@ impl<S: Geometry> World<S> {
     fn normalize_rotations(&mut self, as_before: bool) -> bool {
         let mut some = false;
         let mut normalize = |q: &mut S::Rotation| {
-            let length: f64 = q.as_slice().iter().map(|x| x * x).sum();
-            if (length - 1.0).abs() > UNIT {
+            if !is_unit::<S>(q) {
                 *q = q.renormalized().unwrap_or(*q);
                 some = true;
             }

@@ -65,7 +65,7 @@ impl<S: Geometry> Bodies<S> {
     /// True for bodies that impulses move.
     #[inline]
     pub fn is_dynamic(&self, i: usize) -> bool {
-        if self.roles.is_sure { self.roles.is_dynamic[i] } else { self.data[i].kind == BodyKind::Dynamic }
+        if self.roles.is_sure { self.roles.is_dynamic[i] } else { self.data[i].is_dynamic() }
     }
     /// True where no body is known to be damped.
     pub(crate) fn may_be_damped(&self) -> bool {
@@ -82,6 +82,10 @@ impl<S: Geometry> Bodies<S> {
     /// Indices of all bodies but fixed ones and those that sleep, ascending.
     pub fn movers(&self) -> &[u32] {
         &self.roles.movers
+    }
+    /// The motion of all bodies, what does not change in a step, and who moves, to be written and read at once.
+    pub(crate) fn in_motion(&mut self) -> (&mut Motion<S>, &[BodyData<S>], &[u32]) {
+        (&mut self.motion, &self.data, &self.roles.movers)
     }
     /// Indices of the bodies that sleep, ascending.
     pub fn asleep(&self) -> &[u32] {

@@ -12,13 +12,23 @@ use crate::bodies::Bodies;
 use crate::error::StepError;
 use crate::force::Wrench;
 use carom_geometry::Geometry;
-use carom_math::{Column, Inertia, Rotation};
+use carom_math::{Column, Inertia, Rotation, Space};
 use carom_solver::Twist;
 use serde::{Deserialize, Serialize};
 pub(crate) use slow::slow_rotation;
 
 pub use midpoint::midpoint_rotation;
 pub use splitting::split_rotation;
+
+/// How far from 1 the squared length of a rotation's numbers may be and is left alone \[1\].
+const UNIT: f64 = 4e-16;
+
+/// Whether a rotation's numbers have the length of one, but for rounding.
+#[inline]
+pub(crate) fn is_unit<S: Space>(rotation: &S::Rotation) -> bool {
+    let length: f64 = rotation.as_slice().iter().map(|x| x * x).sum();
+    (length - 1.0).abs() <= UNIT
+}
 
 /// The integrators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! Energies and momenta of all bodies that can move (theory chapter 1, items 9-10). Obstacles do not count.
 
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, BodyData};
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia, Pose, Rotation, Space};
 use carom_solver::Twist;
@@ -38,17 +38,16 @@ impl Energy {
     }
     #[inline]
     fn of_body<S: Geometry>(bodies: &Bodies<S>, i: usize, gravity: S::Vector) -> Self {
-        Energy::of_motion(bodies, i, (&bodies.motion.pose(i), &bodies.motion.twist(i)), gravity)
+        Energy::of_motion(&bodies.data[i], (&bodies.motion.pose(i), &bodies.motion.twist(i)), gravity)
     }
     /// That of a body, if it moved so.
     #[inline]
     pub(crate) fn of_motion<S: Geometry>(
-        bodies: &Bodies<S>,
-        i: usize,
+        data: &BodyData<S>,
         (pose, twist): (&Pose<S>, &Twist<S>),
         gravity: S::Vector,
     ) -> Self {
-        let body = &bodies.data[i].mass_properties;
+        let body = &data.mass_properties;
         let spin = pose.rotation.unrotate_spin(twist.angular);
         Energy {
             translational: 0.5 * (twist.linear * body.mass).dot(twist.linear),
@@ -100,11 +99,19 @@ impl<S: Geometry> Momenta<S> {
         Momenta::sum(bodies, some.iter().copied())
     }
     fn sum(bodies: &Bodies<S>, some: impl Iterator<Item = usize>) -> Self {
-        let mut m = Momenta { linear: S::Vector::ZERO, angular: S::Spin::ZERO };
+        let mut m = Momenta::default();
         for i in some {
-            m.linear += bodies.momentum(i);
-            m.angular += bodies.angular_momentum(i);
+            m.add(&Momenta::of_motion(&bodies.data[i], (&bodies.motion.pose(i), &bodies.motion.twist(i))));
         }
         m
+    }
+    /// Those of a body, if it moved so.
+    #[inline]
+    pub(crate) fn of_motion(data: &BodyData<S>, motion: (&Pose<S>, &Twist<S>)) -> Self {
+        Momenta { linear: data.momentum(motion.1), angular: data.angular_momentum(motion) }
+    }
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.linear += other.linear;
+        self.angular += other.angular;
     }
 }

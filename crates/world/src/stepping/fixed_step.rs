@@ -119,7 +119,7 @@ impl<S: Geometry> FixedStep<S> {
         step: &Step<S>,
         Outside { loads, watch, workers, .. }: Outside<S>,
         warm: &mut WarmStart<S>,
-    ) -> Result<SchemeReport, StepError> {
+    ) -> Result<SchemeReport<S>, StepError> {
         let mut report = SchemeReport::default();
         let limits = thresholds(settings, bodies, step.dt);
         choose_solver(&mut self.solver, settings, workers);

@@ -9,19 +9,19 @@ pub mod soft_step;
 use crate::bodies::Bodies;
 use crate::integrate::Loads;
 use crate::observe::accounts::{Accounts, Motive};
-use crate::observe::energy::Energy;
+use crate::observe::energy::{Energy, Momenta};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
 use crate::stepping::events::tape::Tape;
 use carom_geometry::Geometry;
-use carom_math::{Column, Workers};
+use carom_math::{Column, Space, Workers};
 use carom_solver::methods::ladder::Ladder;
 use carom_solver::{ImpulseSolver, SolverKind, Watch};
 
 /// What a scheme tells of a step.
-#[derive(Clone, Debug, Default)]
-pub struct SchemeReport {
+#[derive(Clone, Debug)]
+pub struct SchemeReport<S: Space> {
     /// The persistent contacts' solve; the worst of several.
     pub contact_solve: Option<SolveReport>,
     /// The impacts' solve; the worst of several.
@@ -32,21 +32,35 @@ pub struct SchemeReport {
     pub ledger: Ledger,
     /// What happened within the step.
     pub events: Events,
-    /// The energy at its end, where the scheme knows it.
-    pub energy: Option<Energy>,
+    /// What all bodies came to, where the scheme knows it.
+    pub came_to: Option<CameTo<S>>,
 }
 
-impl SchemeReport {
-    /// The worse of two solves, with the iterations of both.
-    pub(crate) fn worse(one: Option<SolveReport>, other: Option<SolveReport>) -> Option<SolveReport> {
-        match (one, other) {
-            (Some(one), Some(other)) => {
-                let iterations = one.iterations + other.iterations;
-                let worse = if other.residual > one.residual { other } else { one };
-                Some(SolveReport { iterations, ..worse })
-            }
-            (one, other) => one.or(other),
+/// What all bodies came to in a step, told where all numbers are finite and all rotations of unit length.
+#[derive(Clone, Copy, Debug)]
+pub struct CameTo<S: Space> {
+    /// Their energy.
+    pub energy: Energy,
+    /// Their momenta.
+    pub momenta: Momenta<S>,
+}
+
+impl<S: Space> Default for SchemeReport<S> {
+    fn default() -> Self {
+        let (contact_solve, impact_solve, impacts, ledger, events) = Default::default();
+        SchemeReport { contact_solve, impact_solve, impacts, ledger, events, came_to: None }
+    }
+}
+
+/// The worse of two solves, with the iterations of both.
+pub(crate) fn worse(one: Option<SolveReport>, other: Option<SolveReport>) -> Option<SolveReport> {
+    match (one, other) {
+        (Some(one), Some(other)) => {
+            let iterations = one.iterations + other.iterations;
+            let worse = if other.residual > one.residual { other } else { one };
+            Some(SolveReport { iterations, ..worse })
         }
+        (one, other) => one.or(other),
     }
 }
 

@@ -2,11 +2,13 @@
 
 use super::World;
 use super::standing::Written;
+use crate::bodies::BodyData;
 use crate::body::BodyKind;
 use crate::error::StepError;
 use crate::impact;
 use carom_geometry::Geometry;
-use carom_math::{Column, Rotation};
+use carom_math::{Column, Pose, Rotation};
+use carom_solver::Twist;
 
 impl<S: Geometry> World<S> {
     pub(super) fn check_before(&self, dt: f64, as_before: bool) -> Result<(), StepError> {
@@ -72,12 +74,8 @@ impl<S: Geometry> World<S> {
 
     fn check_body(&self, i: usize, stage: &'static str, remedy: &str) -> Result<(), StepError> {
         let m = &self.bodies.motion;
-        // finite numbers whose squares are not would turn every sum over bodies into infinity; most are far from that
-        let (d, v, w) = (&self.bodies.data[i], m.velocity[i], m.angular_velocity[i]);
-        let at_most = d.mass_properties.mass * v.dot(v) + d.principal.max_abs() * w.dot(w);
-        let turn: f64 = m.rotation[i].as_slice().iter().map(|x| x * x).sum();
-        // false for what is no number
-        if turn > 0.0 && at_most + m.position[i].norm_squared() + v.dot(v) + w.dot(w) + turn < 1e300 {
+        let (data, twist) = (&self.bodies.data[i], m.twist(i));
+        if data.is_far_from_infinite((&m.pose(i), &twist)) {
             return Ok(());
         }
         let parts: [(&'static str, &[f64]); 4] = [
@@ -93,7 +91,7 @@ impl<S: Geometry> World<S> {
                 return Err(self.not_finite(i, field, format!("{values:?}"), stage, remedy));
             }
         }
-        if at_most < 1e300 {
+        if data.most_energy(&twist) < 1e300 {
             return Ok(());
         }
         let energy = self.bodies.translational_energy(i) + self.bodies.rotational_energy(i);
@@ -113,5 +111,21 @@ impl<S: Geometry> World<S> {
     ) -> StepError {
         let body = self.bodies.names[i].clone();
         StepError::NotFinite { body, field, value, stage, remedy: remedy.into(), time: self.time }
+    }
+}
+
+impl<S: Geometry> BodyData<S> {
+    /// What twice its kinetic energy is at most, if it moved so \[J\].
+    fn most_energy(&self, Twist { linear, angular }: &Twist<S>) -> f64 {
+        self.mass_properties.mass * linear.dot(*linear) + self.principal.max_abs() * angular.dot(*angular)
+    }
+
+    /// Whether all its numbers, and their squares, which sums over bodies have, are far from infinite, if it moved so: enough to be
+    /// content with, and not asked of every body. False for what is no number, and for a rotation that is none.
+    #[inline]
+    pub(crate) fn is_far_from_infinite(&self, (pose, twist): (&Pose<S>, &Twist<S>)) -> bool {
+        let turn: f64 = pose.rotation.as_slice().iter().map(|x| x * x).sum();
+        let speeds = twist.linear.dot(twist.linear) + twist.angular.dot(twist.angular);
+        turn > 0.0 && self.most_energy(twist) + pose.position.norm_squared() + speeds + turn < 1e300
     }
 }

@@ -5,11 +5,8 @@ use super::World;
 use crate::ahead::Ahead;
 use crate::bodies::Bodies;
 use crate::error::StepError;
+use crate::integrate::is_unit;
 use carom_geometry::Geometry;
-use carom_math::Rotation;
-
-/// How far from 1 the squared length of a rotation's numbers may be and is left alone \[1\].
-pub(super) const UNIT: f64 = 4e-16;
 
 /// What may have happened to the bodies since the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -70,12 +67,8 @@ impl<S: Geometry> World<S> {
     pub fn prepare(&mut self, dt: f64) -> Result<(), StepError> {
         let as_before = self.stand_as_before();
         self.check_before(dt, as_before)?;
-        let is_unit = |q: &S::Rotation| {
-            let length: f64 = q.as_slice().iter().map(|x| x * x).sum();
-            (length - 1.0).abs() <= UNIT
-        };
         // a step gives rotations that are not their length back, those of bodies that stand too
-        if as_before || !self.bodies.motion.rotation.iter().all(is_unit) {
+        if as_before || !self.bodies.motion.rotation.iter().all(is_unit::<S>) {
             return Ok(());
         }
         self.stir();

@@ -44,7 +44,7 @@ use crate::observe::event_log::{ContactSum, EventLog};
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{OnInaccurate, Settings};
-use crate::stepping::{Chosen, Outside, SchemeReport, choose_solver, damp};
+use crate::stepping::{Chosen, Outside, SchemeReport, choose_solver, damp, worse};
 use crate::warm_start::WarmStart;
 use alone::{Alone, beside};
 use arrival::Arrivals;
@@ -136,7 +136,7 @@ impl<S: Geometry> EventsScheme<S> {
         step: &Step<S>,
         Outside { quiet, loads, watch, tape, workers }: Outside<S>,
         warm: &mut WarmStart<S>,
-    ) -> Result<SchemeReport, StepError> {
+    ) -> Result<SchemeReport<S>, StepError> {
         choose_solver(&mut self.solver, settings, workers);
         let mut report = SchemeReport::default();
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
@@ -240,7 +240,7 @@ impl<S: Geometry> EventsScheme<S> {
         bodies: &Bodies<S>,
         settings: &Settings<S>,
         done: Done<S>,
-        report: &mut SchemeReport,
+        report: &mut SchemeReport<S>,
         warm: &mut WarmStart<S>,
     ) {
         *warm = WarmStart::default();
@@ -256,7 +256,7 @@ impl<S: Geometry> EventsScheme<S> {
         let mut alone = done.alone;
         let [others, impact_solve] = done.worst;
         let is_one = done.islands.iter().flatten().count() == 1;
-        let join = if is_one { beside } else { SchemeReport::worse };
+        let join = if is_one { beside } else { worse };
         report.contact_solve = join(alone.report.take(), others);
         report.impact_solve = impact_solve;
         alone.give(&mut self.problem, &mut self.impulses, &mut self.touches, warm);
@@ -277,7 +277,12 @@ impl<S: Geometry> EventsScheme<S> {
         self.impacts.moments.resize(self.touches.len(), S::Spin::ZERO);
     }
 
-    fn judge(&mut self, report: &SchemeReport, settings: &Settings<S>, time: f64) -> Result<(), StepError> {
+    fn judge(
+        &mut self,
+        report: &SchemeReport<S>,
+        settings: &Settings<S>,
+        time: f64,
+    ) -> Result<(), StepError> {
         for (phase, solve) in [("impact", &report.impact_solve), ("contact", &report.contact_solve)] {
             let Some(solve) = solve else { continue };
             if settings.on_inaccurate == OnInaccurate::Raise && !solve.is_within(settings.tolerance) {

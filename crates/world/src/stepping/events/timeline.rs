@@ -21,7 +21,7 @@ use crate::observe::event_log::EventLog;
 use crate::observe::ledger::Ledger;
 use crate::observe::report::{Events, ImpactReport, SolveReport};
 use crate::settings::{PlasticArrivals, Settings};
-use crate::stepping::SchemeReport;
+use crate::stepping::worse;
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::{Column, Rotation};
@@ -269,7 +269,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         self.log.append(&at.log, 0.0, |i| at.members[i]);
         self.struck.add(&at.struck);
         for (mine, theirs) in self.worst.iter_mut().zip(&mut at.worst) {
-            *mine = SchemeReport::worse(mine.take(), theirs.take());
+            *mine = worse(mine.take(), theirs.take());
         }
     }
 
@@ -279,7 +279,7 @@ impl<'a, 'w, S: Geometry> Timeline<'a, 'w, S> {
         self.ledger.add(&island.ledger);
         self.accounts.add(&island.accounts, |i| island.members[i]);
         island.last.tell(island.begin, &island.members, |i| self.bodies.is_dynamic(i), &mut self.log);
-        self.worst[0] = SchemeReport::worse(self.worst[0].take(), island.worst.take());
+        self.worst[0] = worse(self.worst[0].take(), island.worst.take());
         island
     }
 

@@ -311,7 +311,11 @@ impl<S: Geometry> Finding<'_, S> {
         divide(points, &names, &mut members);
         let (met, first) = (self.met(found, couple, false), found.fresh.len());
         for members in &members {
-            let mut seen = seen_now(couple, points[members[0] as usize].normal);
+            let places = (found.patches.len(), found.fresh.len());
+            // it is written where it stays
+            found.fresh.push(seen_now(couple, points[members[0] as usize].normal));
+            let (others, own) = found.fresh.split_at_mut(places.1);
+            let seen = &mut own[0];
             let mut deepest = f64::INFINITY;
             for (k, m) in members.slice()[..count::<S>(members)].iter().enumerate() {
                 let point = &points[*m as usize];
@@ -319,14 +323,12 @@ impl<S: Geometry> Finding<'_, S> {
                 seen.count = k + 1;
                 deepest = if point.gap < deepest { point.gap } else { deepest };
             }
-            let (normal, rubbing) = known.forces_of(&seen, &found.fresh[first..]);
+            let (normal, rubbing) = known.forces_of(seen, &others[first..]);
             let force = PatchForce { normal, ..rubbing.copied().unwrap_or(PatchForce::zero()) };
             let (count, normal) = (seen.count as u8, seen.normal);
-            let met = Met { seen: found.fresh.len() as u32, count, normal, deepest, ..met };
-            let places = (found.patches.len(), found.fresh.len());
+            let met = Met { seen: places.1 as u32, count, normal, deepest, ..met };
             found.patches.add();
             found.add(met, rubbing, self.h);
-            found.fresh.push(seen);
             if found.waiting.add(places, force, &found.kinds[met.kind as usize]) {
                 self.lay(found);
             }

@@ -40,17 +40,17 @@ use crate::observe::ledger::Ledger;
 use crate::observe::report::SolveReport;
 use crate::settings::{OnInaccurate, Settings};
 use crate::stepping::fixed_step::slop;
-use crate::stepping::{Outside, SchemeReport, damp};
+use crate::stepping::{CameTo, Outside, SchemeReport, damp};
 use crate::warm_start::WarmStart;
 use carom_geometry::Geometry;
 use carom_math::workers::Memory;
-use carom_math::{Column, Pose, Workers};
+use carom_math::{Column, Workers};
 use carom_solver::soft::{Patches, Rigid as RigidSweeps, SoftChoice, SoftSolver, Told};
 use carom_solver::{SolverKind, Stop, Twist};
 use find::{Finding, Found};
 use given::Given;
 use kept::Kept;
-use motion::Kicked;
+use motion::Booked;
 use problem::Rigid;
 use standing::Renewed;
 use std::sync::{Arc, OnceLock};
@@ -93,9 +93,8 @@ pub struct SoftStep<S: Geometry> {
     start: Vec<Twist<S>>,
     /// What free rotation adds to the spin at the step's end.
     after: Vec<S::Spin>,
-    /// Room for what workers find: the bodies' velocities after the step's impulses and poses at its end, with their energies.
-    kicked: Vec<Option<Kicked<S>>>,
-    ends: Vec<(Pose<S>, Option<Energy>)>,
+    /// Room for what workers book of each body that moves.
+    booked: Vec<Booked<S>>,
     /// For which standing bodies, and which sleeping ones, the columns over all bodies hold what does not change.
     made_for: Option<(u64, u64)>,
     /// The loads are zeros.
@@ -139,8 +138,7 @@ impl<S: Geometry> Default for SoftStep<S> {
             obstacles: 0,
             start: Vec::new(),
             after: Vec::new(),
-            kicked: Vec::new(),
-            ends: Vec::new(),
+            booked: Vec::new(),
             made_for: None,
             quiet: false,
             loads: Vec::new(),
@@ -245,7 +243,7 @@ impl<S: Geometry> SoftStep<S> {
         step: &Step<S>,
         outside: Outside<S>,
         (warm, standing): (&mut WarmStart<S>, &mut Standing<S>),
-    ) -> Result<SchemeReport, StepError> {
+    ) -> Result<SchemeReport<S>, StepError> {
         self.make_room(bodies);
         self.rigid.begin(bodies, step);
         refuse(bodies, &self.tally, step.time)?;
@@ -265,8 +263,8 @@ impl<S: Geometry> SoftStep<S> {
         report.ledger.contact_normal += told.pressing_work;
         report.ledger.friction += told.rubbing_work;
         let kicked = self.kick(bodies, step, (&mut report.ledger, choice.substeps), workers);
-        let energy = self.move_on(bodies, step, (&mut report.ledger, kicked), workers);
-        report.energy = (!bodies.may_be_damped()).then_some(energy);
+        let came_to = self.move_on(bodies, step, (&mut report.ledger, kicked), workers);
+        report.came_to = came_to.filter(|_| !bodies.may_be_damped());
         damp(bodies, 0.5 * step.dt, &mut report.ledger, &mut self.accounts);
         self.remember((warm, standing), &choice, workers);
         Ok(report)
@@ -391,24 +389,7 @@ impl<S: Geometry> SoftStep<S> {
         (ledger, substeps): (&mut Ledger, usize),
         workers: &Workers,
     ) -> Energy {
-        let mut kicked = std::mem::take(&mut self.kicked);
-        kicked.resize(bodies.movers().len(), Default::default());
-        workers.each(&mut kicked, motion::BODIES, |first, kicked| {
-            for (to, i) in kicked.iter_mut().zip(&bodies.movers()[first..]) {
-                let i = *i as usize;
-                *to = bodies.is_dynamic(i).then(|| self.kick_of(bodies, i, step, substeps));
-            }
-        });
-        let mut energy = Energy::default();
-        for (k, kicked) in kicked.iter().enumerate() {
-            let Some(Kicked { after, energy: own, gravity, applied, .. }) = kicked else { continue };
-            ledger.gravity += gravity;
-            applied.iter().for_each(|work| ledger.applied += work);
-            bodies.motion.set_twist(bodies.movers()[k] as usize, after);
-            energy.add(*own);
-        }
-        energy.add_asleep(bodies, step.gravity);
-        self.kicked = kicked;
+        let energy = self.kick_all(bodies, step, (&mut *ledger, substeps), workers);
         ledger.driven += self.driven(bodies);
         if self.accounts.are_kept() {
             let after: Vec<Twist<S>> = (0..bodies.len()).map(|i| bodies.motion.twist(i)).collect();
@@ -497,21 +478,22 @@ fn refuse<S: Geometry>(bodies: &Bodies<S>, tally: &Tally, time: f64) -> Result<(
 }
 
 impl<S: Geometry> SoftStep<S> {
-    /// Moves the poses by what the lanes moved them, and books what that did to the energy, which it tells.
+    /// Moves the poses by what the lanes moved them, and books what that did to the energy; tells what bodies came to, where that is
+    /// sound.
     fn move_on(
         &mut self,
         bodies: &mut Bodies<S>,
         step: &Step<S>,
         (ledger, before): (&mut Ledger, Energy),
         workers: &Workers,
-    ) -> Energy {
+    ) -> Option<CameTo<S>> {
         let marks = self.accounts.marks(bodies, step.gravity);
-        let after = self.displace(bodies, step, workers);
+        let (after, came_to) = self.displace(bodies, step, workers);
         ledger.integrator += after.total() - before.total() + ledger.gravity;
         self.accounts.moved(&marks, bodies, step.gravity, crate::observe::accounts::Motive::Integrator);
         for account in &mut self.accounts.of_bodies {
             account.energy.integrator += account.energy.gravity;
         }
-        after
+        came_to
     }
 }

@@ -4,34 +4,38 @@
 
 use super::SoftStep;
 use super::face::NONE;
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, BodyData, MotionStretch};
 use crate::force::Wrench;
-use crate::integrate::{Step, slow_rotation, turn_freely, turns_steadily};
+use crate::integrate::{Step, is_unit, slow_rotation, turn_freely, turns_steadily};
 use crate::observe::accounts::Motive;
-use crate::observe::energy::Energy;
+use crate::observe::energy::{Energy, Momenta};
 use crate::observe::ledger::Ledger;
 use crate::settings::Settings;
+use crate::stepping::CameTo;
 use carom_geometry::Geometry;
 use carom_math::{Column, Inertia, Pose, Rotation, Several, Workers};
-use carom_solver::Twist;
 use carom_solver::soft::{SoftBody, SoftChoice};
+use carom_solver::{InverseMass, Twist};
 
 /// Bodies that a worker takes at a time.
 pub(super) const BODIES: usize = 128;
 
-/// What all impulses of a step do to a body.
-#[derive(Clone, Copy)]
-pub(super) struct Kicked<S: Geometry> {
-    /// Velocities after them.
-    pub after: Twist<S>,
-    /// Nothing touched it: loads alone gave them.
+/// What is booked of a body that moved: first what all impulses of the step did, then how it ends the step.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Booked<S: Geometry> {
+    is_dynamic: bool,
+    /// Nothing touched it: loads alone gave its velocities.
     flew: bool,
-    /// Its energy then.
-    pub energy: Energy,
+    /// Its numbers are those of a motion.
+    is_sound: bool,
+    /// Its energy, after the impulses and at the end.
+    energy: Energy,
+    /// Its momenta at the end.
+    momenta: Momenta<S>,
     /// Work of gravity \[J\].
-    pub gravity: f64,
+    gravity: f64,
     /// Work of applied forces, and of applied torques \[J\].
-    pub applied: [f64; 2],
+    applied: [f64; 2],
 }
 
 /// A column in f32.
@@ -177,28 +181,69 @@ impl<S: Geometry> SoftStep<S> {
         }
     }
 
-    /// What all impulses of the step do to a body.
-    pub(super) fn kick_of(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>, substeps: usize) -> Kicked<S> {
-        let record = self.record_of[i];
+    /// Velocities of all bodies after all impulses of the step; books the work of loads, and tells the energy.
+    pub(super) fn kick_all(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        step: &Step<S>,
+        (ledger, substeps): (&mut Ledger, usize),
+        workers: &Workers,
+    ) -> Energy {
+        let mut booked = std::mem::take(&mut self.booked);
+        booked.resize(bodies.movers().len(), Booked::default());
+        let (motion, data, movers) = bodies.in_motion();
+        let this = &*self;
+        workers.along((motion.stretch(), movers, &mut booked), BODIES, |motion, i, to| {
+            *to = this.kick_one(motion, (i as usize, &data[i as usize]), step, substeps);
+        });
+        let mut energy = Energy::default();
+        for one in booked.iter().filter(|one| one.is_dynamic) {
+            ledger.gravity += one.gravity;
+            one.applied.iter().for_each(|work| ledger.applied += work);
+            energy.add(one.energy);
+        }
+        energy.add_asleep(bodies, step.gravity);
+        self.booked = booked;
+        energy
+    }
+
+    /// Gives a body its velocities after all impulses of the step; obstacles keep theirs.
+    fn kick_one(
+        &self,
+        motion: &mut MotionStretch<'_, S>,
+        (i, data): (usize, &BodyData<S>),
+        step: &Step<S>,
+        substeps: usize,
+    ) -> Booked<S> {
+        if !data.is_dynamic() {
+            return Booked { flew: true, ..Booked::default() };
+        }
+        let (record, pose) = (self.record_of[i], motion.pose(i));
         let flew = record == NONE || self.solver.flew(record, substeps);
-        let after = if flew { self.flight(bodies, i, step) } else { self.swept(i, record) };
-        let (before, data) = (&self.start[i], &bodies.data[i]);
+        let after = if flew {
+            self.flight(i, &data.inverse_mass_at(&pose.rotation), step)
+        } else {
+            self.swept(i, record)
+        };
+        motion.set_twist(i, &after);
+        let before = &self.start[i];
         let mean = (before.linear + after.linear) * (0.5 * step.dt);
         let turn = (before.angular + after.angular) * (0.5 * step.dt);
         let turns = data.inverse_inertia != S::Inertia::ZERO;
         let turning = if turns { self.loads[i].torque.dot(turn) } else { 0.0 };
-        Kicked {
-            after,
+        Booked {
+            is_dynamic: true,
             flew,
-            energy: Energy::of_motion(bodies, i, (&bodies.motion.pose(i), &after), step.gravity),
+            energy: Energy::of_motion(data, (&pose, &after), step.gravity),
             gravity: data.mass_properties.mass * step.gravity.dot(mean),
             applied: [self.loads[i].force.dot(mean), turning],
+            ..Booked::default()
         }
     }
 
     /// Velocity of a body after a step's loads alone.
-    fn flight(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>) -> Twist<S> {
-        let (start, inverse, wrench) = (&self.start[i], bodies.inverse_mass(i), &self.loads[i]);
+    fn flight(&self, i: usize, inverse: &InverseMass<S>, step: &Step<S>) -> Twist<S> {
+        let (start, wrench) = (&self.start[i], &self.loads[i]);
         let linear = start.linear + (step.gravity + wrench.force * inverse.linear) * step.dt;
         Twist { linear, angular: start.angular + inverse.angular.apply(wrench.torque) * step.dt }
     }
@@ -215,37 +260,57 @@ impl<S: Geometry> SoftStep<S> {
         Twist { linear, angular }
     }
 
-    /// Moves all poses to the step's end, and tells the energy there.
-    pub(super) fn displace(&mut self, bodies: &mut Bodies<S>, step: &Step<S>, workers: &Workers) -> Energy {
-        let mut ends = std::mem::take(&mut self.ends);
-        ends.resize(bodies.movers().len(), Default::default());
-        workers.each(&mut ends, BODIES, |first, ends| {
-            for (k, (to, i)) in ends.iter_mut().zip(&bodies.movers()[first..]).enumerate() {
-                let i = *i as usize;
-                let flew = self.kicked[first + k].is_none_or(|kicked| kicked.flew);
-                to.0 = self.end(bodies, i, step, flew);
-                let Twist { linear, angular } = bodies.motion.twist(i);
-                let twist = Twist { linear, angular: angular + self.after[i] };
-                let energy = || Energy::of_motion(bodies, i, (&to.0, &twist), step.gravity);
-                to.1 = bodies.is_dynamic(i).then(energy);
-            }
+    /// Moves all poses to the step's end, and tells the energy there, and what bodies came to where that is sound.
+    pub(super) fn displace(
+        &mut self,
+        bodies: &mut Bodies<S>,
+        step: &Step<S>,
+        workers: &Workers,
+    ) -> (Energy, Option<CameTo<S>>) {
+        let mut booked = std::mem::take(&mut self.booked);
+        let (motion, data, movers) = bodies.in_motion();
+        let this = &*self;
+        workers.along((motion.stretch(), movers, &mut booked), BODIES, |motion, i, to| {
+            this.end(motion, (i as usize, &data[i as usize]), step, to);
         });
-        let mut energy = Energy::default();
-        for (k, (end, own)) in ends.iter().enumerate() {
-            let i = bodies.movers()[k] as usize;
-            (bodies.motion.position[i], bodies.motion.rotation[i]) = (end.position, end.rotation);
-            bodies.motion.angular_velocity[i] += self.after[i];
-            own.iter().for_each(|own| energy.add(*own));
+        let (mut energy, mut momenta) = (Energy::default(), Momenta::default());
+        for one in booked.iter().filter(|one| one.is_dynamic) {
+            energy.add(one.energy);
+            momenta.add(&one.momenta);
         }
         energy.add_asleep(bodies, step.gravity);
-        self.ends = ends;
-        energy
+        let are_sound = booked.iter().all(|one| one.is_sound);
+        self.booked = booked;
+        (energy, are_sound.then_some(CameTo { energy, momenta }))
     }
 
-    /// Pose of a body at the step's end.
-    fn end(&self, bodies: &Bodies<S>, i: usize, step: &Step<S>, flew: bool) -> Pose<S> {
-        let (start, end) = (self.start[i], bodies.motion.twist(i));
-        let Pose { mut position, mut rotation } = bodies.motion.pose(i);
+    /// Moves a body to where it is at the step's end, with a rotation of unit length.
+    fn end(
+        &self,
+        motion: &mut MotionStretch<'_, S>,
+        (i, data): (usize, &BodyData<S>),
+        step: &Step<S>,
+        booked: &mut Booked<S>,
+    ) {
+        let Twist { linear, angular } = motion.twist(i);
+        let mut pose = self.moved(&motion.pose(i), (i, &Twist { linear, angular }), step, booked.flew);
+        if !is_unit::<S>(&pose.rotation) {
+            pose.rotation = pose.rotation.renormalized().unwrap_or(pose.rotation);
+        }
+        let twist = Twist { linear, angular: angular + self.after[i] };
+        motion.set_pose(i, &pose);
+        motion.set_twist(i, &twist);
+        let at = (&pose, &twist);
+        booked.is_sound = data.is_far_from_infinite(at) && is_unit::<S>(&pose.rotation);
+        if booked.is_dynamic {
+            booked.energy = Energy::of_motion(data, at, step.gravity);
+            booked.momenta = Momenta::of_motion(data, at);
+        }
+    }
+
+    /// Pose of a body after the motion of a step that ends with these velocities.
+    fn moved(&self, from: &Pose<S>, (i, end): (usize, &Twist<S>), step: &Step<S>, flew: bool) -> Pose<S> {
+        let (start, Pose { mut position, mut rotation }) = (self.start[i], *from);
         let record = self.record_of[i];
         if flew {
             // free flight, and obstacles, which nothing touches: the mean velocity is exact
