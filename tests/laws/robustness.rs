@@ -2,7 +2,7 @@
 //! do not solve exactly; bounds are what the scheme promises without convergence.
 
 use crate::harness::*;
-use carom::{BodySpec, Column, Inertia, Rotation, Settings, World};
+use carom::{BodySpec, Column, Inertia, Rotation, Scheme, Settings, World};
 
 in_plane_and_space!(
     deep_overlap_is_resolved_without_throwing_bodies_about,
@@ -13,6 +13,7 @@ in_plane_and_space!(
     a_fast_ball_does_not_pass_a_thin_wall,
     a_resting_heap_does_not_jitter,
     a_body_struck_by_a_fast_one_does_not_sink_into_its_neighbour,
+    a_floor_stays_where_it_is_however_far_out_it_is_pressed,
 );
 
 /// Largest overlap that a world found at its last step \[m\].
@@ -173,4 +174,26 @@ pub fn a_body_struck_by_a_fast_one_does_not_sink_into_its_neighbour<S: Dimension
     let mut worst: f64 = 0.0;
     run(&mut w, 0.1, |w, _| worst = worst.max(overlap(w)));
     at_most(worst, 1e-9, "overlap between struck balls [m]");
+}
+
+/// The correction of overlap turned the floor by no number where a ball pressed it so far out that the moment is infinite: a step
+/// is refused or leaves the floor as it was.
+pub fn a_floor_stays_where_it_is_however_far_out_it_is_pressed<S: Dimension>() {
+    for scheme in [Scheme::FixedStep, Scheme::SoftStep] {
+        let mut w = world::<S>(Settings { scheme, ..Settings::default() });
+        add_floor(&mut w, 0.5, 0.0);
+        add(&mut w, "near", BodySpec::dense(S::block(1.0, 1.0), 2.0).at(S::at(0.0, 0.5)));
+        add(&mut w, "far out", BodySpec::dense(S::ball(1.0), 1.0).at(S::at(-1e308, 0.0)));
+        let before = w.bodies().motion.clone();
+        let dt = w.settings().dt;
+        for _ in 0..3 {
+            let is_taken = w.step(dt).is_ok();
+            let now = &w.bodies().motion;
+            assert!(is_taken || *now == before, "{scheme:?}: what is refused changes nothing");
+            assert_eq!((now.position[0], now.rotation[0]), (before.position[0], before.rotation[0]));
+            if !is_taken {
+                break;
+            }
+        }
+    }
 }

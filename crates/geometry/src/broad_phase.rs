@@ -318,33 +318,42 @@ struct Found {
 }
 
 impl Found {
-    /// Puts the pairs in lexicographic order: counted by their first box, then the few of each box by their second. A few among many
-    /// boxes are sorted as they are.
+    /// Puts the pairs in lexicographic order: counted by their second box, then by their first. A few among many boxes
+    /// are sorted as they are.
     fn sort(&mut self, boxes: usize) {
-        let Found { pairs, starts, others } = self;
-        if 8 * pairs.len() < boxes {
-            return pairs.sort_unstable();
+        if 8 * self.pairs.len() < boxes {
+            self.pairs.sort_unstable();
+            return;
         }
-        starts.clear();
-        starts.resize(boxes + 1, 0);
-        for (first, _) in pairs.iter() {
-            starts[*first as usize + 1] += 1;
+        let count = self.pairs.len();
+        if self.others.len() < count {
+            self.others.resize(count, (0, 0));
         }
-        for i in 0..boxes {
-            starts[i + 1] += starts[i];
-        }
-        others.resize(pairs.len(), (0, 0));
-        for pair in pairs.iter() {
-            let place = &mut starts[pair.0 as usize];
-            others[*place as usize] = *pair;
-            *place += 1;
-        }
-        // where a box's pairs began they end now
-        let mut first = 0;
-        for end in &starts[..boxes] {
-            others[first..*end as usize].sort_unstable_by_key(|pair| pair.1);
-            first = *end as usize;
-        }
-        std::mem::swap(pairs, others);
+        let others = &mut self.others[..count];
+        count_sort(&self.pairs, others, &mut self.starts, boxes, |p| p.1);
+        count_sort(others, &mut self.pairs, &mut self.starts, boxes, |p| p.0);
+    }
+}
+
+/// Puts pairs in the order of a box of each, equals as they were.
+fn count_sort(
+    from: &[(u32, u32)],
+    to: &mut [(u32, u32)],
+    starts: &mut Vec<u32>,
+    boxes: usize,
+    key: impl Fn(&(u32, u32)) -> u32,
+) {
+    starts.clear();
+    starts.resize(boxes + 1, 0);
+    for pair in from {
+        starts[key(pair) as usize + 1] += 1;
+    }
+    for i in 0..boxes {
+        starts[i + 1] += starts[i];
+    }
+    for pair in from {
+        let place = &mut starts[key(pair) as usize];
+        to[*place as usize] = *pair;
+        *place += 1;
     }
 }

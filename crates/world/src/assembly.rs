@@ -69,9 +69,13 @@ pub fn bodies_of<S: Space>(problem: &ContactProblem<S>, entry: Option<Entry>) ->
     })
 }
 
-/// Moves bodies by small displacements; their spin momenta stay.
+/// Moves bodies by small displacements; their spin momenta stay, and so do obstacles.
 pub fn displace<S: Geometry>(bodies: &mut Bodies<S>, displacements: &[Twist<S>]) {
     for (i, d) in displacements.iter().enumerate() {
+        // an infinite moment times nothing is no number
+        if !bodies.is_dynamic(i) {
+            continue;
+        }
         bodies.motion.position[i] += d.linear;
         if d.angular != S::Spin::ZERO {
             let momentum = bodies.spin_momentum(i);

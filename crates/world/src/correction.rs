@@ -105,6 +105,8 @@ impl<S: Geometry> Correction<S> {
         };
         self.solver.solve(&self.problem, &solve, &mut self.impulses);
         for (i, v) in self.problem.velocities_after(&self.impulses).iter().enumerate() {
+            // no impulse moves an obstacle; an infinite moment times nothing is no number
+            let v = if bodies.is_dynamic(i) { *v } else { Twist::default() };
             self.moved.push(Twist { linear: v.linear * dt, angular: v.angular * dt });
             bodies.motion.position[i] += v.linear * dt;
             if v.angular != S::Spin::ZERO {
